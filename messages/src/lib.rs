@@ -1,0 +1,122 @@
+//! What crosses a process boundary in stagger: the protobuf schemas, the [`Field`], the key expressions and the codec.
+//!
+//! Nothing here does I/O. The `.proto` files under `messages/proto` are the documentation of the wire for authors in
+//! any language; [`codec`] says how a field is split into an attachment and a payload.
+
+pub mod codec;
+mod error;
+mod field;
+pub mod keys;
+
+pub use error::MessageError;
+pub use field::{Field, Fields, Values};
+pub use schema::*;
+
+/// The types generated from `messages/proto`.
+mod schema {
+    // Generated: the comments of the .proto files are its documentation, and its lints are prost's concern.
+    #![allow(missing_docs, clippy::all, unused_qualifications)]
+    include!(concat!(env!("OUT_DIR"), "/stagger.v1.rs"));
+}
+
+/// Version of the schemas; a message with another one is refused.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// The compiled `FileDescriptorSet` of all schemas, for embedding in recordings.
+pub const DESCRIPTORS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/descriptors.bin"));
+
+impl Version {
+    /// The initial state, before the first step.
+    pub const INITIAL: Self = Self { step: 0, attempt: 0, iteration: 0 };
+
+    /// The first iteration of the first attempt at a step.
+    #[must_use]
+    pub const fn first(step: u64) -> Self {
+        Self { step, attempt: 1, iteration: 1 }
+    }
+
+    /// The next iteration of the same attempt.
+    #[must_use]
+    pub const fn next_iteration(self) -> Self {
+        Self { iteration: self.iteration + 1, ..self }
+    }
+
+    /// The first iteration of the next attempt at the same step.
+    #[must_use]
+    pub const fn next_attempt(self) -> Self {
+        Self { attempt: self.attempt + 1, iteration: 1, ..self }
+    }
+}
+
+impl std::fmt::Display for Version {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "step {}, attempt {}, iteration {}", self.step, self.attempt, self.iteration)
+    }
+}
+
+impl ValueKind {
+    /// Bytes of one value.
+    #[must_use]
+    pub const fn bytes(self) -> usize {
+        match self {
+            Self::F64 => 8,
+            Self::U32 => 4,
+            Self::U8 => 1,
+            Self::Unspecified => 0,
+        }
+    }
+}
+
+impl Port {
+    /// A field of binary64 values: `components` per row of `support`, in `unit`, converging by `measure`.
+    #[must_use]
+    pub fn f64(field: &str, unit: &str, support: &str, components: u32, measure: Measure) -> Self {
+        Self {
+            field: field.into(),
+            unit: unit.into(),
+            support: support.into(),
+            components,
+            kind: ValueKind::F64.into(),
+            measure: measure.into(),
+        }
+    }
+
+    /// A field of indices: `components` per row of `support`.
+    #[must_use]
+    pub fn u32(field: &str, support: &str, components: u32) -> Self {
+        Self {
+            field: field.into(),
+            unit: "1".into(),
+            support: support.into(),
+            components,
+            kind: ValueKind::U32.into(),
+            measure: Measure::None.into(),
+        }
+    }
+
+    /// The same field as a reader announces it: how it converges is its writer's matter.
+    #[must_use]
+    pub fn as_read(&self) -> Self {
+        Self { measure: Measure::None.into(), ..self.clone() }
+    }
+}
+
+impl Energy {
+    /// Energy held at the end of the window, in J.
+    #[must_use]
+    pub fn stored(name: &str, joule: f64) -> Self {
+        Self { name: name.into(), kind: energy::Kind::Stored.into(), joule }
+    }
+
+    /// Energy that entered during the window, in J.
+    #[must_use]
+    pub fn gained(name: &str, joule: f64) -> Self {
+        Self { name: name.into(), kind: energy::Kind::Gained.into(), joule }
+    }
+
+    /// Energy that left during the window, in J.
+    #[must_use]
+    pub fn lost(name: &str, joule: f64) -> Self {
+        Self { name: name.into(), kind: energy::Kind::Lost.into(), joule }
+    }
+}

@@ -1,0 +1,245 @@
+use std::collections::BTreeMap;
+
+use stagger_messages::{Decision, Done, Failure, FieldError, Measure, Verdict, Version};
+
+use super::{Settings, Window, order, relative};
+
+/// What one node answered to one iteration.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// The node.
+    pub node: String,
+    /// Its reply, or why it has none.
+    pub result: Result<Done, Failure>,
+}
+
+/// Why a run cannot go on.
+#[derive(Debug, Clone, thiserror::Error, PartialEq)]
+pub enum ControlError {
+    /// The window would have to be smaller than the scene allows.
+    #[error(
+        "the step from t = {t_s:e} s does not converge above coupling.dt.minimum = {minimum_s:e} s: {what}. \
+         Loosen the tolerance, raise coupling.iterations, or look at the inputs of that row"
+    )]
+    TooSmall {
+        /// Start of the window, in s.
+        t_s: f64,
+        /// Δt_min, in s.
+        minimum_s: f64,
+        /// The field and the row that would not converge, or the node's own words.
+        what: String,
+    },
+    /// A node cannot go on whatever the step.
+    #[error("node `{node}` failed: {message}")]
+    Node {
+        /// The node.
+        node: String,
+        /// Its words.
+        message: String,
+    },
+}
+
+/// The adaptive step: accept, iterate or reject, and the size of the next window (physics.md section 1).
+#[derive(Clone, Debug)]
+pub struct StepControl {
+    settings: Settings,
+    /// Measured fields, with their tolerance.
+    fields: BTreeMap<String, (Measure, f64)>,
+    duration_s: f64,
+    t_s: f64,
+    /// Size of the next window before it is cut to end with the run.
+    dt_s: f64,
+    version: Version,
+    committed: Version,
+    /// ε⁰ of each field: its change in the first iteration of this attempt.
+    first_errors: BTreeMap<String, f64>,
+}
+
+impl StepControl {
+    /// Starts at t = 0. `measured` are the fields that decide convergence; a run ends at `duration_s`.
+    #[must_use]
+    pub fn new(settings: &Settings, measured: &BTreeMap<String, Measure>, duration_s: f64) -> Self {
+        let fields = measured
+            .iter()
+            .filter(|(_, measure)| **measure != Measure::None)
+            .map(|(field, measure)| (field.clone(), (*measure, settings.tolerance_of(field))))
+            .collect();
+        Self {
+            settings: settings.clone(),
+            fields,
+            duration_s,
+            t_s: 0.0,
+            dt_s: settings.dt.start_s.min(settings.dt.limit_s),
+            version: Version::first(1),
+            committed: Version::INITIAL,
+            first_errors: BTreeMap::new(),
+        }
+    }
+
+    /// The window to solve now; the last one ends with the run.
+    #[must_use]
+    pub fn window(&self) -> Window {
+        let left = self.duration_s - self.t_s;
+        // A remainder of rounding would be a window of no meaning.
+        let dt_s = if left <= self.dt_s * (1.0 + 1e-9) { left } else { self.dt_s };
+        Window { t_s: self.t_s, dt_s }
+    }
+
+    /// The version to solve now.
+    #[must_use]
+    pub fn version(&self) -> Version {
+        self.version
+    }
+
+    /// The version committed last.
+    #[must_use]
+    pub fn committed(&self) -> Version {
+        self.committed
+    }
+
+    /// Whether the run has reached its end.
+    #[must_use]
+    pub fn finished(&self) -> bool {
+        self.t_s >= self.duration_s
+    }
+
+    /// Decides about one iteration of all nodes and moves on to what follows from it.
+    ///
+    /// # Errors
+    /// A node failed for good, or the window would fall under Δt_min.
+    pub fn judge(&mut self, outcomes: &[Outcome]) -> Result<Decision, ControlError> {
+        let window = self.window();
+        let mut decision = Decision {
+            version: Some(self.version),
+            t_s: window.t_s,
+            dt_s: window.dt_s,
+            next_dt_s: window.dt_s,
+            ..Decision::default()
+        };
+        if let Some((what, factor)) = Self::hindrance(outcomes)? {
+            decision.reason = what;
+            self.reject(&mut decision, factor)?;
+            return Ok(decision);
+        }
+        self.measure(outcomes, &mut decision);
+        let converged = decision.violation <= 1.0;
+        let last = self.version.iteration >= self.settings.iterations;
+        if !decision.violation.is_finite() && (last || decision.violation.is_nan()) {
+            decision.reason = format!("the change of `{}` is not finite", decision.limiting);
+            self.reject(&mut decision, 0.5)?;
+        } else if converged {
+            self.accept(&mut decision, window);
+        } else if last {
+            decision.reason =
+                format!("`{}` did not converge in {} iterations", decision.limiting, self.version.iteration);
+            let worst = worst_row(outcomes, &decision.limiting);
+            decision.reason += &worst.map(|row| format!(", row {row} the least")).unwrap_or_default();
+            let factor = decision.factor;
+            self.reject(&mut decision, factor)?;
+        } else {
+            decision.verdict = Verdict::Iterate.into();
+            self.version = self.version.next_iteration();
+        }
+        Ok(decision)
+    }
+
+    /// What makes a node's reply unusable for this step size, and the factor on it.
+    fn hindrance(outcomes: &[Outcome]) -> Result<Option<(String, f64)>, ControlError> {
+        let mut hindrance: Option<(String, f64)> = None;
+        for Outcome { node, result } in outcomes {
+            let (what, factor) = match result {
+                Err(failure) if failure.retry => (failure.message.clone(), 0.5),
+                Err(failure) => {
+                    return Err(ControlError::Node { node: node.clone(), message: failure.message.clone() });
+                }
+                Ok(done) if !done.converged => {
+                    (format!("the solver of `{node}` did not converge"), done.step_factor)
+                }
+                Ok(_) => continue,
+            };
+            if hindrance.as_ref().is_none_or(|(_, smallest)| factor < *smallest) {
+                hindrance = Some((what, factor));
+            }
+        }
+        Ok(hindrance)
+    }
+
+    /// Errors, violation Z and factor Λ of this iteration.
+    fn measure(&mut self, outcomes: &[Outcome], decision: &mut Decision) {
+        decision.factor = f64::INFINITY;
+        decision.limiting = self.fields.keys().next().cloned().unwrap_or_default();
+        for sums in outcomes.iter().filter_map(|o| o.result.as_ref().ok()).flat_map(|done| &done.changes) {
+            let Some(&(measure, tolerance)) = self.fields.get(&sums.field) else { continue };
+            let error = relative(sums, measure);
+            let first = *self.first_errors.entry(sums.field.clone()).or_insert(error);
+            let violation = error / tolerance;
+            if violation > decision.violation || violation.is_nan() {
+                decision.violation = violation;
+                decision.limiting.clone_from(&sums.field);
+            }
+            // A field whose change vanished says nothing about the rate: it does not limit the step.
+            if error > 0.0 && first > 0.0 {
+                let factor = self.factor(first, error, tolerance, order(measure));
+                decision.factor = decision.factor.min(factor);
+            }
+            decision.errors.push(FieldError { field: sums.field.clone(), error, tolerance });
+        }
+    }
+
+    /// Λ_K = (TOL/ε⁰)^{1/(p K_d)} / (ε^K/ε⁰)^{1/(p K)} (Zohdi 2018, eqs. 6.31, 6.50).
+    fn factor(&self, first: f64, error: f64, tolerance: f64, order: f64) -> f64 {
+        let wanted = f64::from(self.settings.iterations);
+        let done = f64::from(self.version.iteration);
+        (tolerance / first).powf(1.0 / (order * wanted)) / (error / first).powf(1.0 / (order * done))
+    }
+
+    fn accept(&mut self, decision: &mut Decision, window: Window) {
+        let growth = decision.factor.min(self.settings.dt.growth);
+        decision.verdict = Verdict::Accept.into();
+        let last = window.t_s + window.dt_s >= self.duration_s;
+        self.t_s = if last { self.duration_s } else { window.t_s + window.dt_s };
+        // Δt_min bounds a window that struggles, not the growth of one that does not.
+        self.dt_s = (growth * window.dt_s).clamp(self.settings.dt.minimum_s, self.settings.dt.limit_s);
+        self.committed = self.version;
+        self.version = Version::first(self.version.step + 1);
+        self.first_errors.clear();
+        decision.t_s = self.t_s;
+        self.conclude(decision);
+    }
+
+    fn reject(&mut self, decision: &mut Decision, factor: f64) -> Result<(), ControlError> {
+        let usable = factor.is_finite() && factor > 0.0 && factor < 1.0;
+        let factor = if usable { factor } else { 0.5 };
+        let dt_s = factor * decision.dt_s;
+        if dt_s < self.settings.dt.minimum_s {
+            return Err(ControlError::TooSmall {
+                t_s: self.t_s,
+                minimum_s: self.settings.dt.minimum_s,
+                what: decision.reason.clone(),
+            });
+        }
+        decision.verdict = Verdict::Reject.into();
+        decision.factor = factor;
+        self.dt_s = dt_s;
+        self.version = self.version.next_attempt();
+        self.first_errors.clear();
+        self.conclude(decision);
+        Ok(())
+    }
+
+    fn conclude(&self, decision: &mut Decision) {
+        decision.next_dt_s = if self.finished() { 0.0 } else { self.window().dt_s };
+        if !decision.factor.is_finite() {
+            decision.factor = 0.0;
+        }
+    }
+}
+
+fn worst_row(outcomes: &[Outcome], field: &str) -> Option<u64> {
+    let changes = outcomes.iter().filter_map(|o| o.result.as_ref().ok()).flat_map(|done| &done.changes);
+    changes.filter(|sums| sums.field == field).map(|sums| sums.worst_row).next()
+}
+
+#[cfg(test)]
+#[path = "step_control_tests.rs"]
+mod tests;

@@ -1,0 +1,108 @@
+//! Accept, iterate and reject as physics.md section 1 states them, on iterations with a known contraction.
+
+use std::collections::BTreeMap;
+
+use stagger_messages::Change;
+
+use super::*;
+use crate::coupling::{Acceleration, Order, StepSize};
+
+fn settings(iterations: u32) -> Settings {
+    Settings {
+        order: Order::GaussSeidel,
+        sequence: Vec::new(),
+        acceleration: Acceleration::None,
+        tolerance: BTreeMap::new(),
+        default_tolerance: 1e-6,
+        iterations,
+        dt: StepSize { start_s: 1.0, limit_s: 4.0, minimum_s: 1e-3, growth: 2.0 },
+        interpolate: true,
+        reuse: 0.0,
+    }
+}
+
+fn control(iterations: u32, measure: Measure) -> StepControl {
+    StepControl::new(&settings(iterations), &BTreeMap::from([("w".into(), measure)]), 100.0)
+}
+
+fn outcome(error: f64) -> Vec<Outcome> {
+    let sums = Change { field: "w".into(), change: error, increment: 1.0, magnitude: 1.0, worst_row: 7 };
+    vec![Outcome {
+        node: "a".into(),
+        result: Ok(Done { changes: vec![sums], converged: true, ..Done::default() }),
+    }]
+}
+
+#[test]
+fn an_iteration_that_meets_the_tolerance_in_exactly_k_d_keeps_its_step() {
+    // ε^K = ρ^{K−1} with ρ chosen so that ε at K_d = 5 is the tolerance: Λ = 1 (eq. 6.31 at its fixed point).
+    let rate = 1e-6f64.powf(0.25);
+    let mut control = control(5, Measure::Magnitude);
+    for k in 0..4 {
+        let decision = control.judge(&outcome(rate.powi(k))).unwrap();
+        assert_eq!(decision.verdict(), Verdict::Iterate, "iteration {}", k + 1);
+    }
+    let decision = control.judge(&outcome(rate.powi(4) * (1.0 - 1e-12))).unwrap();
+    assert_eq!(decision.verdict(), Verdict::Accept);
+    // The last error is 1e-12 under the tolerance; the fifth root makes that 2e-13.
+    assert!((decision.factor - 1.0).abs() < 1e-12, "{}", decision.factor);
+}
+
+#[test]
+fn rejection_shrinks_by_lambda_and_motion_by_its_square_root() {
+    for (measure, order) in [(Measure::Magnitude, 1.0), (Measure::Increment, 2.0)] {
+        let mut control = control(2, measure);
+        control.judge(&outcome(1.0)).unwrap();
+        let decision = control.judge(&outcome(1e-2)).unwrap();
+        assert_eq!(decision.verdict(), Verdict::Reject);
+        // Λ = (1e-6/1)^{1/(2p)} / (1e-2)^{1/(2p)} = (1e-4)^{1/(2p)}.
+        let expected = 1e-4f64.powf(1.0 / (2.0 * order));
+        assert!((decision.next_dt_s / expected - 1.0).abs() < 1e-12);
+        assert_eq!(control.version(), Version { step: 1, attempt: 2, iteration: 1 });
+        assert!(decision.reason.contains("row 7"), "{}", decision.reason);
+    }
+}
+
+#[test]
+fn growth_is_capped_and_the_limit_holds() {
+    let mut control = control(5, Measure::Magnitude);
+    assert_eq!(control.judge(&outcome(1e-9)).unwrap().next_dt_s, 2.0);
+    assert_eq!(control.judge(&outcome(1e-9)).unwrap().next_dt_s, 4.0);
+    assert_eq!(control.judge(&outcome(1e-9)).unwrap().next_dt_s, 4.0);
+    // A field that does not move at all does not limit the step either.
+    assert_eq!(control.judge(&outcome(0.0)).unwrap().next_dt_s, 4.0);
+}
+
+#[test]
+fn the_last_window_ends_with_the_run() {
+    let mut control = StepControl::new(&settings(5), &BTreeMap::from([("w".into(), Measure::Magnitude)]), 2.5);
+    control.judge(&outcome(0.0)).unwrap();
+    assert_eq!(control.window(), Window { t_s: 1.0, dt_s: 1.5 });
+    assert_eq!(control.judge(&outcome(0.0)).unwrap().t_s, 2.5);
+    assert!(control.finished());
+}
+
+#[test]
+fn what_is_not_finite_halves_the_step_until_the_minimum_names_the_field() {
+    let mut control = control(3, Measure::Magnitude);
+    let decision = control.judge(&outcome(f64::NAN)).unwrap();
+    assert_eq!((decision.verdict(), decision.next_dt_s), (Verdict::Reject, 0.5));
+    let error = (0..20).find_map(|_| control.judge(&outcome(f64::NAN)).err()).unwrap();
+    assert!(error.to_string().contains("`w`") && error.to_string().contains("coupling.dt.minimum"), "{error}");
+}
+
+#[test]
+fn a_node_that_did_not_converge_rejects_at_once_with_its_own_factor() {
+    let mut control = control(5, Measure::Magnitude);
+    let done = Done { converged: false, step_factor: 0.25, ..Done::default() };
+    let decision = control.judge(&[Outcome { node: "a".into(), result: Ok(done) }]).unwrap();
+    assert_eq!((decision.verdict(), decision.next_dt_s), (Verdict::Reject, 0.25));
+}
+
+#[test]
+fn a_failure_that_no_step_mends_stops_the_run() {
+    let failure = Failure { message: "pair 3 out of range".into(), retry: false };
+    let outcomes = [Outcome { node: "thermal".into(), result: Err(failure) }];
+    let error = control(5, Measure::Magnitude).judge(&outcomes).unwrap_err();
+    assert_eq!(error.to_string(), "node `thermal` failed: pair 3 out of range");
+}

@@ -1,0 +1,37 @@
+use stagger_messages::MessageError;
+
+/// Why a physics could not be set up or a window not be solved.
+///
+/// Not converging is no error: it is [`crate::coupling::Reply::converged`].
+#[derive(Debug, thiserror::Error)]
+pub enum SolveError {
+    /// A frozen field is absent or of the wrong type.
+    #[error(transparent)]
+    Message(#[from] MessageError),
+    /// A value that is not finite: the step may succeed when it is smaller.
+    #[error("{node}: field `{field}` is {value} in row {row}: the step is too large or an input is not physical")]
+    NotFinite {
+        /// The node whose reply it is.
+        node: String,
+        /// The field.
+        field: String,
+        /// The row.
+        row: usize,
+        /// The value.
+        value: f64,
+    },
+    /// Frozen fields do not fit together or do not fit the scene.
+    #[error("{0}")]
+    Mismatch(String),
+    /// The start configuration asked for cannot be made.
+    #[error("{0}")]
+    Start(String),
+}
+
+impl SolveError {
+    /// Whether the same window may succeed when it is shorter.
+    #[must_use]
+    pub fn retry(&self) -> bool {
+        matches!(self, Self::NotFinite { .. })
+    }
+}

@@ -1,0 +1,97 @@
+/// Everything the absorption of the laser depends on. SI units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Number of particles.
+    pub count: usize,
+    /// How absorption is computed.
+    pub model: Model,
+    /// The laser beam.
+    pub beam: Beam,
+}
+
+/// How absorption is computed, cheapest first.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Model {
+    /// All power spread over the particles by mass (Zohdi 2018, eq. 6.39).
+    EnergyBalance,
+    /// Beer–Lambert with shadowing, energy-conserving: parallel lines sample the beam's cross-section, and each
+    /// particle on a line takes 1 − e^{−a·chord} of what the ones above it left (eq. 6.42).
+    BeerLambert {
+        /// Absorption coefficient a, in 1/m.
+        absorption_1_m: f64,
+        /// Distance between sampling lines, in m.
+        spacing_m: f64,
+    },
+    /// The monograph's form H = a I V with the irradiance at the particle's centre (eqs. 6.38, 6.42).
+    BeerLambertMonograph {
+        /// Absorption coefficient a, in 1/m.
+        absorption_1_m: f64,
+    },
+}
+
+/// A laser beam: parallel light along `direction`, switched on from `starts_s` to `ends_s`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Beam {
+    /// Power while on, in W.
+    pub power_w: f64,
+    /// Profile over the cross-section; its integral is the power.
+    pub profile: Profile,
+    /// Unit vector the light travels along.
+    pub direction: [f64; 3],
+    /// Where the beam's axis passes.
+    pub path: Path,
+    /// When it is switched on, in s.
+    pub starts_s: f64,
+    /// When it is switched off, in s; infinity is never.
+    pub ends_s: f64,
+    /// Pulses: on for `on_s` at the start of each `period_s`; `None` is continuous.
+    pub pulses: Option<Pulses>,
+}
+
+/// A train of pulses from the beam's start.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pulses {
+    /// Time from one pulse's start to the next's, in s.
+    pub period_s: f64,
+    /// Length of a pulse, in s; at most the period.
+    pub on_s: f64,
+}
+
+/// Irradiance over the beam's cross-section as a function of the distance d from its axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Profile {
+    /// Constant within the radius.
+    TopHat {
+        /// Radius in m.
+        radius_m: f64,
+    },
+    /// I(0) e^{−2 d²/w²}: w is where the irradiance falls to 1/e².
+    Gaussian {
+        /// Radius w in m.
+        radius_m: f64,
+    },
+    /// I(0) e^{−b d} (eq. 6.43).
+    Exponential {
+        /// Decay b in 1/m; positive.
+        decay_1_m: f64,
+    },
+}
+
+/// Path of the beam's axis.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Path {
+    /// Stays at a point.
+    Fixed {
+        /// The point, in m.
+        at_m: [f64; 3],
+    },
+    /// Runs from one point to another and back again, from the beam's start on.
+    Sweep {
+        /// Where it starts, in m.
+        from_m: [f64; 3],
+        /// Where it turns, in m.
+        to_m: [f64; 3],
+        /// Speed in m/s; positive.
+        speed_m_s: f64,
+    },
+}

@@ -1,0 +1,4 @@
+//! TODO
+mod settings;
+
+pub use settings::*;

@@ -1,0 +1,134 @@
+use crate::physics::Wall;
+
+/// Everything the particle dynamics of a scene depends on. SI units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Number of particles; zero is allowed.
+    pub count: usize,
+    /// Mean radius R in m; positive.
+    pub radius_m: f64,
+    /// Half width of the uniform distribution of radii about the mean, in m; less than the mean.
+    pub radius_spread_m: f64,
+    /// Density ρ in kg/m³.
+    pub density_kg_m3: f64,
+    /// Where particles start.
+    pub start: Start,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Temperature in K while no thermal physics runs.
+    pub temperature_k: f64,
+    /// True where a thermal physics writes `temperature`, which then softens the contacts.
+    pub reads_temperature: bool,
+    /// Contact between particles, and between particles and walls.
+    pub contact: Contact,
+    /// Tangential force at contacts; `None` is frictionless.
+    pub friction: Option<Friction>,
+    /// Drag of a resting or streaming gas; `None` is vacuum.
+    pub drag: Option<Drag>,
+    /// Gravity g in m/s².
+    pub gravity_m_s2: [f64; 3],
+    /// Walls, in the order of the scene.
+    pub walls: Vec<Wall>,
+    /// Whether particles spin (physics.md section 2: off where it is minor).
+    pub spin: bool,
+    /// Time integration inside a window.
+    pub integrator: Integrator,
+    /// Skin of the Verlet list as a share of the largest radius.
+    pub skin: f64,
+}
+
+/// Where particles start.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Start {
+    /// Random sequential addition without overlap (Widom 1966) in an axis-aligned box, moving with one velocity.
+    SequentialAddition {
+        /// Lower corner of the box, in m; particles lie wholly inside.
+        lower_m: [f64; 3],
+        /// Upper corner, in m.
+        upper_m: [f64; 3],
+        /// Velocity of every particle, in m/s.
+        velocity_m_s: [f64; 3],
+    },
+    /// Given particles: positions in m, velocities in m/s, radii in m; all of the same length as `count`.
+    Given {
+        /// Positions, in m.
+        positions_m: Vec<[f64; 3]>,
+        /// Velocities, in m/s.
+        velocities_m_s: Vec<[f64; 3]>,
+        /// Radii, in m.
+        radii_m: Vec<f64>,
+    },
+}
+
+/// Normal contact.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Contact {
+    /// The law.
+    pub law: ContactLaw,
+    /// Rate a_θ of thermal softening (Zohdi 2018, eq. 6.33); 0 is none.
+    pub softening_rate: f64,
+    /// Reference temperature θ* of softening, in K.
+    pub softening_reference_k: f64,
+    /// Floor K_lim of the softened stiffness (or Young's modulus for Hertz), in Pa.
+    pub softening_floor_pa: f64,
+    /// Normal damping c_cd (eq. 6.10), in N s/m per m² of contact area; 0 is none.
+    pub damping_n_s_m3: f64,
+}
+
+/// Law of the normal force.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ContactLaw {
+    /// K_p |E|^p A (eq. 6.7).
+    Overlap {
+        /// Stiffness K_p0 at the reference temperature, in Pa.
+        stiffness_pa: f64,
+        /// Exponent p_p.
+        exponent: f64,
+    },
+    /// 4/3 √R* E* δ^{3/2} (eq. 6.58).
+    Hertz {
+        /// Young's modulus E at the reference temperature, in Pa.
+        young_pa: f64,
+        /// Poisson's ratio ν.
+        poisson: f64,
+    },
+}
+
+/// The monograph's regularised friction (eqs. 6.11–6.15).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Friction {
+    /// K_f, in N per m of sliding and m² of contact area.
+    pub stiffness_n_m3: f64,
+    /// Static coefficient μ_s.
+    pub static_coefficient: f64,
+    /// Dynamic coefficient μ_d.
+    pub dynamic_coefficient: f64,
+}
+
+/// Stokes drag 6π c_e R (v_e − v) (eq. 6.22).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drag {
+    /// Viscosity c_e of the gas, in Pa s.
+    pub viscosity_pa_s: f64,
+    /// Velocity v_e of the gas, in m/s.
+    pub velocity_m_s: [f64; 3],
+}
+
+/// Time integration inside a window.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Integrator {
+    /// Velocity Verlet with equal substeps.
+    Verlet {
+        /// Upper bound of a substep, in s; `None` takes 1/25 of the shortest expected contact time.
+        substep_s: Option<f64>,
+    },
+    /// The monograph's trapezoidal rule, solved by fixed-point iteration over the whole window (eqs. 6.23–6.27).
+    Trapezoidal {
+        /// Weight φ in [0, 1] of the window's end.
+        phi: f64,
+        /// Tolerance of the fixed point, relative change over increment.
+        tolerance: f64,
+        /// Iterations K_d after which the window is given up.
+        iterations: u32,
+    },
+}

@@ -1,0 +1,37 @@
+use crate::physics::Wall;
+
+/// Everything the particles' temperature depends on. SI units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Number of particles.
+    pub count: usize,
+    /// Temperature of every particle at t = 0, in K.
+    pub temperature_k: f64,
+    /// Density ρ in kg/m³.
+    pub density_kg_m3: f64,
+    /// Heat capacity C in J/(kg K).
+    pub heat_capacity_j_kg_k: f64,
+    /// Conductivity K in W/(m K).
+    pub conductivity_w_m_k: f64,
+    /// How a contact conducts.
+    pub conductance: Conductance,
+    /// Walls, in the order of the scene.
+    pub walls: Vec<Wall>,
+    /// Weight φ in [0, 1] of the window's end (eqs. 6.44, 10.30).
+    pub phi: f64,
+    /// True where an optics physics writes `absorbed_power`.
+    pub reads_absorbed_power: bool,
+    /// Tolerance of the fixed point: largest change of a temperature over the largest temperature.
+    pub tolerance: f64,
+    /// Iterations after which the window is given up.
+    pub iterations: u32,
+}
+
+/// Conductance of a contact, in W/K.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Conductance {
+    /// K A/d, the monograph's (eq. 6.35).
+    Monograph,
+    /// 2 K a, the exact one of a small circular spot of radius a between half-spaces (Holm 1967), a = √(A/π).
+    Constriction,
+}
