@@ -12,7 +12,7 @@ use prost::{
     encoding::{WireType, encode_key, encode_varint},
 };
 
-use crate::{Envelope, Field, FieldMessage, MessageError, Support, ValueKind, Values, Version};
+use crate::{Envelope, Field, FieldMessage, MessageError, Port, Support, ValueKind, Values, Version};
 
 /// A field as it came, with its envelope; `same_as` names the version whose values it repeats.
 #[derive(Clone, Debug)]
@@ -23,6 +23,10 @@ pub struct Received {
     pub field: Option<Field>,
     /// Name of the field.
     pub name: String,
+    /// Name, unit, components, kind as announced.
+    pub port: Arc<Port>,
+    /// What the rows stand on.
+    pub support: Support,
     /// The version whose values these are, where they were not sent again.
     pub same_as: Option<Version>,
 }
@@ -30,14 +34,18 @@ pub struct Received {
 /// The attachment of `field`: everything but the values.
 #[must_use]
 pub fn field_attachment(envelope: &Envelope, field: &Field, same_as: Option<Version>) -> Vec<u8> {
-    FieldMessage {
-        envelope: Some(envelope.clone()),
-        port: Some((*field.port).clone()),
-        support: Some(field.support.clone()),
-        same_as,
-        ..FieldMessage::default()
-    }
-    .encode_to_vec()
+    header(envelope, &field.port, &field.support, same_as)
+}
+
+/// The attachment of a field as it came, to send it on.
+#[must_use]
+pub fn received_attachment(received: &Received) -> Vec<u8> {
+    header(&received.envelope, &received.port, &received.support, received.same_as)
+}
+
+fn header(envelope: &Envelope, port: &Port, support: &Support, same_as: Option<Version>) -> Vec<u8> {
+    let (port, support) = (Some(port.clone()), Some(support.clone()));
+    FieldMessage { envelope: Some(envelope.clone()), port, support, same_as, ..FieldMessage::default() }.encode_to_vec()
 }
 
 /// Decodes a field from its attachment and payload; the payload's bytes are kept, not copied, where aligned.
@@ -90,14 +98,12 @@ fn received(message: FieldMessage, values: impl FnOnce(ValueKind) -> Values) -> 
     envelope.version.ok_or_else(|| missing("version"))?;
     let support: Support = message.support.ok_or_else(|| missing("support"))?;
     let name = port.field.clone();
+    let port = Arc::new(port);
     let field = match message.same_as {
         Some(_) => None,
-        None => {
-            let values = values(port.kind());
-            Some(Field::with_support(Arc::new(port), support, values)?)
-        }
+        None => Some(Field::with_support(Arc::clone(&port), support.clone(), values(port.kind()))?),
     };
-    Ok(Received { envelope, field, name, same_as: message.same_as })
+    Ok(Received { envelope, field, name, port, support, same_as: message.same_as })
 }
 
 /// Decodes a control message; `what` names its type in the error.
@@ -117,7 +123,7 @@ pub fn hash(bytes: &[u8]) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Measure, Port, SCHEMA_VERSION};
+    use crate::{Measure, SCHEMA_VERSION};
 
     fn envelope() -> Envelope {
         Envelope {

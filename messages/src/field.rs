@@ -47,8 +47,8 @@ impl Values {
     #[must_use]
     pub fn from_bytes(kind: ValueKind, bytes: Bytes) -> Self {
         let aligned = match kind {
-            ValueKind::F64 => bytemuck::try_cast_slice::<u8, f64>(&bytes).is_ok() || bytes.len() % 8 != 0,
-            ValueKind::U32 => bytemuck::try_cast_slice::<u8, u32>(&bytes).is_ok() || bytes.len() % 4 != 0,
+            ValueKind::F64 => bytemuck::try_cast_slice::<u8, f64>(&bytes).is_ok() || !bytes.len().is_multiple_of(8),
+            ValueKind::U32 => bytemuck::try_cast_slice::<u8, u32>(&bytes).is_ok() || !bytes.len().is_multiple_of(4),
             ValueKind::U8 | ValueKind::Unspecified => true,
         };
         match kind {

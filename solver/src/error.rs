@@ -2,7 +2,7 @@ use stagger_messages::MessageError;
 
 /// Why a physics could not be set up or a window not be solved.
 ///
-/// Not converging is no error: it is [`crate::coupling::Reply::converged`].
+/// Not converging is no error: it is [`crate::coupling::Reply::not_converged`].
 #[derive(Debug, thiserror::Error)]
 pub enum SolveError {
     /// A frozen field is absent or of the wrong type.

@@ -1,5 +1,6 @@
 //! The physics of a scene, each a pure [`Physics`](crate::coupling::Physics).
 
+mod checks;
 pub mod optics;
 pub mod particles;
 pub mod thermal;

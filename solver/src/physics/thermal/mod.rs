@@ -1,4 +1,151 @@
-//! TODO
-mod settings;
+//! Temperature of the particles: conduction through contacts, heat from absorbed light.
 
+mod conductance;
+mod network;
+mod settings;
+mod trapezoidal;
+
+use std::{collections::BTreeMap, f64::consts::PI, sync::Arc};
+
+use network::Network;
 pub use settings::*;
+use stagger_messages::{Energy, Field, Measure, Port, Ports};
+
+use crate::{
+    SolveError,
+    coupling::{Frozen, Physics, Reply, Window},
+    physics::checks::{energy_j, finite, positive, radii, setting, values},
+};
+
+const NODE: &str = "thermal";
+
+/// Lumped temperature of every particle (Zohdi 2018, eqs. 6.35–6.37):
+///
+/// m_i C θ̇_i = Σ_j G_ij (θ_j − θ_i) + Σ_w G_iw (θ_w − θ_i) + H_i
+///
+/// with m_i = ρ 4/3 π R_i³, the contact conductances G of [`Conductance`], walls of given temperature θ_w (insulated
+/// where they have none) and the absorbed power H_i. The trapezoidal rule with weight φ takes it through a window.
+///
+/// Valid while a particle is nearly isothermal. The figure `largest Biot number` is Bi = G/(K R), the largest
+/// conductance of one contact over that of the particle behind it (R the smaller radius): small against 1 it is valid,
+/// from about 0.1 on the temperature inside a particle varies noticeably.
+///
+/// The ledger's `heat` counts from the start: Σ m_i C (θ_i − θ(0)), in J, so that it is 0 at t = 0, where masses are
+/// not known yet. Its change over a window is `absorbed` − `to_walls` to rounding. Radii do not change during a run.
+pub struct Thermal {
+    settings: Settings,
+    temperature: Arc<Port>,
+}
+
+/// The temperatures; cloning shares them.
+#[derive(Clone, Debug)]
+pub struct State {
+    temperature: Field,
+}
+
+impl Thermal {
+    /// Checks the settings.
+    ///
+    /// # Errors
+    /// A setting is outside its range.
+    pub fn new(settings: Settings) -> Result<Self, SolveError> {
+        positive(NODE, "density", settings.density_kg_m3)?;
+        positive(NODE, "heat capacity", settings.heat_capacity_j_kg_k)?;
+        positive(NODE, "conductivity", settings.conductivity_w_m_k)?;
+        positive(NODE, "tolerance", settings.tolerance)?;
+        positive(NODE, "limit of iterations", settings.iterations.into())?;
+        setting(NODE, "phi", settings.phi, (0.0..=1.0).contains(&settings.phi), "from 0 to 1")?;
+        let start = settings.temperature_k;
+        setting(NODE, "initial temperature", start, start.is_finite() && start >= 0.0, "at least 0 K")?;
+        for wall in &settings.walls {
+            let at = wall.temperature_k.unwrap_or(0.0);
+            let what = format!("temperature of wall `{}`", wall.name);
+            setting(NODE, &what, at, at.is_finite() && at >= 0.0, "at least 0 K")?;
+        }
+        let temperature = Arc::new(Port::f64("temperature", "K", "particles", 1, Measure::Magnitude));
+        Ok(Self { settings, temperature })
+    }
+
+    /// The state in which the particles have the temperatures given, in K: where they do not start alike.
+    ///
+    /// # Errors
+    /// Not one finite temperature for each particle.
+    pub fn state(&self, temperatures_k: Vec<f64>) -> Result<State, SolveError> {
+        let (found, expected) = (temperatures_k.len(), self.settings.count);
+        if found != expected {
+            return Err(SolveError::Mismatch(format!(
+                "{NODE}: {found} temperatures are given, but the scene has {expected} particles"
+            )));
+        }
+        finite(NODE, "temperature", 1, &temperatures_k)?;
+        Ok(State { temperature: Field::new(&self.temperature, 0, temperatures_k)? })
+    }
+
+    fn reply(&self, state: &State, ledger: Vec<Energy>) -> Reply {
+        let fields = [(state.temperature.name().to_owned(), state.temperature.clone())].into();
+        Reply { fields, ledger, ..Reply::default() }
+    }
+}
+
+impl Physics for Thermal {
+    type State = State;
+
+    fn ports(&self) -> Ports {
+        let mut reads = vec![
+            Port::f64("radii", "m", "particles", 1, Measure::None),
+            Port::u32("contact_pairs", "contacts", 2),
+            Port::f64("contact_area", "m^2", "contacts", 1, Measure::None),
+            Port::f64("contact_distance", "m", "contacts", 1, Measure::None),
+            Port::u32("wall_contact_pairs", "wall-contacts", 2),
+            Port::f64("wall_contact_area", "m^2", "wall-contacts", 1, Measure::None),
+            Port::f64("wall_contact_distance", "m", "wall-contacts", 1, Measure::None),
+        ];
+        if self.settings.reads_absorbed_power {
+            reads.push(Port::f64("absorbed_power", "W", "particles", 1, Measure::None));
+        }
+        Ports { reads, writes: vec![(*self.temperature).clone()] }
+    }
+
+    fn initial(&self) -> Result<(State, Reply), SolveError> {
+        let state = self.state(vec![self.settings.temperature_k; self.settings.count])?;
+        let reply = self.reply(&state, vec![Energy::stored("heat", 0.0)]);
+        Ok((state, reply))
+    }
+
+    fn solve(&self, state: &State, frozen: &Frozen, window: Window) -> Result<(State, Reply), SolveError> {
+        let settings = &self.settings;
+        let radii_m = radii(NODE, &frozen.end, settings.count)?;
+        // m C, in J/K.
+        let capacities_j_k: Vec<f64> = radii_m
+            .iter()
+            .map(|r| settings.density_kg_m3 * 4.0 / 3.0 * PI * r.powi(3) * settings.heat_capacity_j_kg_k)
+            .collect();
+        let absorbed_w = settings
+            .reads_absorbed_power
+            .then(|| values(NODE, &frozen.end, "absorbed_power", settings.count, "the scene"))
+            .transpose()?;
+        let at_start = Network::new(settings, &frozen.start, radii_m)?;
+        let at_end = Network::new(settings, &frozen.end, radii_m)?;
+
+        let start_k = state.temperature.f64()?;
+        let networks = [&at_start, &at_end];
+        let advanced = trapezoidal::advance(settings, &capacities_j_k, start_k, networks, absorbed_w, window.dt_s);
+        finite(NODE, "temperature", 1, &advanced.temperatures_k)?;
+
+        let above_start_k = advanced.temperatures_k.iter().map(|temperature| temperature - settings.temperature_k);
+        let heat_j =
+            capacities_j_k.iter().zip(above_start_k).fold(0.0, |sum, (capacity, above)| sum + capacity * above);
+        let ledger = vec![
+            Energy::stored("heat", heat_j),
+            Energy::gained("absorbed", absorbed_w.map_or(0.0, |power_w| energy_j(power_w, window.dt_s))),
+            Energy::lost("to_walls", advanced.to_walls_j),
+        ];
+        let state = State { temperature: Field::new(&self.temperature, 0, advanced.temperatures_k)? };
+        let figures = BTreeMap::from([
+            ("iterations".to_owned(), f64::from(advanced.sweeps)),
+            ("largest Biot number".to_owned(), at_end.biot),
+        ]);
+        let reply = Reply { not_converged: advanced.not_converged, figures, ..self.reply(&state, ledger) };
+        Ok((state, reply))
+    }
+}

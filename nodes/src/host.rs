@@ -1,0 +1,461 @@
+//! A node: hosts one participant, freezes the fields it reads, solves trials, publishes its fields.
+//!
+//! Callbacks only enqueue; one thread does the rest in the order of arrival.
+
+use std::{
+    collections::BTreeMap,
+    sync::mpsc::{Receiver, RecvTimeoutError, Sender},
+    time::{Duration, Instant},
+};
+
+use stagger_messages::{
+    Decision, Directive, Done, Envelope, Failure, Farewell, Field, FieldSummary, Fields, Iterate, Manifest, Plan,
+    Ready, Report, SCHEMA_VERSION, Source, Stop, Verdict, Version,
+    codec::{self, Received},
+    directive, keys, report,
+};
+use stagger_solver::coupling::{Answer, Frozen, Participant, Window, freeze, same};
+
+use crate::{
+    link::{Arrival, Declared, Link, LinkError, Outlet},
+    mailbox::Mailbox,
+};
+use prost::Message as _;
+
+/// Who a node is.
+#[derive(Clone, Debug)]
+pub struct Identity {
+    /// Run it takes part in.
+    pub run: String,
+    /// Its name.
+    pub node: String,
+    /// Hash of the scene it was built from.
+    pub scene_hash: u64,
+}
+
+/// How a node ended.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum NodeEnd {
+    /// The coordinator said so; `true` where the run was completed.
+    Stopped(bool),
+    /// The coordinator is gone.
+    Abandoned,
+}
+
+/// Why a node cannot go on.
+#[derive(Debug, thiserror::Error)]
+pub enum HostError {
+    /// The link failed.
+    #[error(transparent)]
+    Link(#[from] LinkError),
+    /// Its physics cannot start.
+    #[error("node `{node}` cannot start: {message}")]
+    Start {
+        /// The node.
+        node: String,
+        /// Why.
+        message: String,
+    },
+    /// It was told to commit what it does not hold.
+    #[error("node `{node}` cannot commit: {message}")]
+    Commit {
+        /// The node.
+        node: String,
+        /// Why.
+        message: String,
+    },
+}
+
+/// What a node is told.
+#[derive(Debug)]
+pub enum Event {
+    /// By the coordinator.
+    Directive(Arrival),
+    /// By another node.
+    Field(Arrival),
+    /// That the coordinator is gone.
+    Abandoned,
+}
+
+/// A node and everything it knows of its run.
+pub struct Host {
+    link: Link,
+    identity: Identity,
+    participant: Box<dyn Participant>,
+    events: (Sender<Event>, Receiver<Event>),
+    outlets: BTreeMap<String, Outlet>,
+    report: Outlet,
+    declared: Vec<Declared>,
+    mailbox: Mailbox,
+    sources: Vec<Source>,
+    epoch: Option<u32>,
+    /// What the node holds at t = 0, and whether the coordinator waits to hear it.
+    ready: (Ready, bool),
+    pending: Option<(Envelope, Iterate, Instant)>,
+    /// The last answer, for a coordinator that missed it.
+    answered: Option<(Envelope, Fields, Done)>,
+    /// What readers hold of each field, and the version they know it by.
+    sent: BTreeMap<String, (Version, Field)>,
+    committed: Version,
+    current: Fields,
+    sequence: u64,
+    refused: u64,
+}
+
+impl Host {
+    /// Declares the node's keys; its token, which says that it is ready to be asked, comes last.
+    ///
+    /// # Errors
+    /// The link fails.
+    pub fn new(link: Link, identity: Identity, participant: Box<dyn Participant>) -> Result<Self, LinkError> {
+        let Identity { run, node, scene_hash } = identity.clone();
+        let events = std::sync::mpsc::channel();
+        let instance = std::process::id().to_string();
+        let ports = participant.ports();
+        let mut outlets = BTreeMap::new();
+        for port in &ports.writes {
+            outlets.insert(port.field.clone(), link.publisher(keys::field(&run, &node, &port.field))?);
+        }
+        let report = link.publisher(keys::report(&run, &node))?;
+        let manifest = Manifest {
+            run: run.clone(),
+            schema: SCHEMA_VERSION,
+            node: node.clone(),
+            instance: instance.clone(),
+            program: concat!("stagger ", env!("CARGO_PKG_VERSION")).into(),
+            pid: std::process::id(),
+            ports: Some(ports),
+            scene_hash,
+        };
+        let to_host = events.0.clone();
+        // A host that has ended needs no more events.
+        let directives = link.subscribe(&keys::directive(&run), move |arrival| {
+            let _ = to_host.send(Event::Directive(arrival));
+        })?;
+        let to_host = events.0.clone();
+        let coordinator = link.watch(&keys::live(&run, "coordinator", "*"), move |_, alive| {
+            if !alive {
+                let _ = to_host.send(Event::Abandoned);
+            }
+        })?;
+        let declared = vec![
+            directives,
+            coordinator,
+            link.answer(&keys::manifest(&run, &node), manifest.encode_to_vec())?,
+            link.announce(&keys::live(&run, &node, &instance))?,
+        ];
+        Ok(Self {
+            link,
+            identity,
+            participant,
+            events,
+            outlets,
+            report,
+            declared,
+            mailbox: Mailbox::default(),
+            sources: Vec::new(),
+            epoch: None,
+            ready: (Ready::default(), false),
+            pending: None,
+            answered: None,
+            sent: BTreeMap::new(),
+            committed: Version::INITIAL,
+            current: Fields::new(),
+            sequence: 0,
+            refused: 0,
+        })
+    }
+
+    /// A way to tell the node from outside, such as that its parent process is gone.
+    #[must_use]
+    pub fn sender(&self) -> Sender<Event> {
+        self.events.0.clone()
+    }
+
+    /// Takes part in the run until it ends.
+    ///
+    /// # Errors
+    /// The link fails, or the physics cannot start.
+    pub fn run(mut self) -> Result<NodeEnd, HostError> {
+        loop {
+            let event = match self.events.1.recv_timeout(Duration::from_secs(3600)) {
+                Ok(event) => event,
+                Err(RecvTimeoutError::Timeout) => continue,
+                Err(RecvTimeoutError::Disconnected) => return Ok(NodeEnd::Abandoned),
+            };
+            match event {
+                Event::Abandoned => return Ok(NodeEnd::Abandoned),
+                Event::Field(arrival) => self.receive_field(arrival),
+                Event::Directive(arrival) => {
+                    if let Some(end) = self.receive_directive(&arrival)? {
+                        return Ok(end);
+                    }
+                }
+            }
+            self.try_solve()?;
+            self.try_ready()?;
+        }
+    }
+
+    fn accepts(&mut self, envelope: Option<&Envelope>, new_epoch: bool) -> bool {
+        let fits = envelope.is_some_and(|envelope| {
+            envelope.run == self.identity.run
+                && envelope.schema == SCHEMA_VERSION
+                && envelope.version.is_some()
+                && (new_epoch && self.epoch.is_none_or(|epoch| envelope.epoch >= epoch)
+                    || self.epoch == Some(envelope.epoch))
+        });
+        if !fits {
+            self.refused += 1;
+        }
+        fits
+    }
+
+    fn receive_field(&mut self, arrival: Arrival) {
+        match codec::decode_field(&arrival.attachment, arrival.payload) {
+            Ok(received) => {
+                if self.accepts(Some(&received.envelope), false) && self.is_source(&received) {
+                    self.mailbox.store(received);
+                }
+            }
+            Err(_) => self.refused += 1,
+        }
+    }
+
+    fn is_source(&self, received: &Received) -> bool {
+        self.sources
+            .iter()
+            .any(|source| source.field == received.name && source.writer == received.envelope.sender)
+    }
+
+    fn receive_directive(&mut self, arrival: &Arrival) -> Result<Option<NodeEnd>, HostError> {
+        let Ok(directive) = codec::decode::<Directive>("directive", &arrival.payload) else {
+            self.refused += 1;
+            return Ok(None);
+        };
+        let is_plan = matches!(directive.task, Some(directive::Task::Plan(_)));
+        if !self.accepts(directive.envelope.as_ref(), is_plan) {
+            return Ok(None);
+        }
+        let envelope = directive.envelope.unwrap_or_default();
+        if let Some(decision) = directive.decision {
+            self.conclude(&decision, &envelope)?;
+        }
+        match directive.task {
+            Some(directive::Task::Plan(plan)) => self.start(&envelope, plan)?,
+            Some(directive::Task::Iterate(iterate)) => {
+                let version = envelope.version.unwrap_or_default();
+                match &self.answered {
+                    Some((answered, ..)) if answered.version == Some(version) => {
+                        if iterate.again {
+                            self.answer_again()?;
+                        }
+                    }
+                    _ => self.pending = Some((envelope, iterate, Instant::now())),
+                }
+            }
+            Some(directive::Task::Stop(Stop { completed, .. })) => {
+                self.take_leave()?;
+                return Ok(Some(NodeEnd::Stopped(completed)));
+            }
+            None => self.refused += 1,
+        }
+        Ok(None)
+    }
+
+    /// Commits an accepted version, once.
+    fn conclude(&mut self, decision: &Decision, envelope: &Envelope) -> Result<(), HostError> {
+        let version = decision.version.unwrap_or_default();
+        if decision.verdict() != Verdict::Accept || version <= self.committed {
+            return Ok(());
+        }
+        if let Err(error) = self.participant.commit(version) {
+            let message = error.to_string();
+            self.fail(envelope, message.clone(), false)?;
+            return Err(HostError::Commit { node: self.identity.node.clone(), message });
+        }
+        self.committed = version;
+        if let Some((_, fields, _)) = &self.answered {
+            self.current.extend(fields.clone());
+        }
+        self.mailbox.forget_before(version);
+        Ok(())
+    }
+
+    fn start(&mut self, envelope: &Envelope, plan: Plan) -> Result<(), HostError> {
+        if self.epoch != Some(envelope.epoch) {
+            self.epoch = Some(envelope.epoch);
+            let mine = plan.nodes.into_iter().find(|node| node.node == self.identity.node).unwrap_or_default();
+            self.sources = mine.sources;
+            self.mailbox = Mailbox::default();
+            for source in &self.sources {
+                let to_host = self.events.0.clone();
+                let key = keys::field(&self.identity.run, &source.writer, &source.field);
+                self.declared.push(self.link.subscribe(&key, move |arrival| {
+                    let _ = to_host.send(Event::Field(arrival));
+                })?);
+            }
+            self.participant.set_sources(&self.sources);
+            let initial = match self.participant.initial() {
+                Ok(initial) => initial,
+                Err(error) => {
+                    let message = error.to_string();
+                    self.fail(envelope, message.clone(), false)?;
+                    return Err(HostError::Start { node: self.identity.node.clone(), message });
+                }
+            };
+            self.current = initial.0;
+            self.ready.0 = initial.1;
+        }
+        // The coordinator asks again until all are ready, so that a reader that came late gets the values too.
+        let fields = self.current.clone();
+        self.publish(&Envelope { version: Some(Version::INITIAL), ..envelope.clone() }, &fields, true)?;
+        self.ready.1 = true;
+        self.pending = None;
+        self.answered = None;
+        self.try_ready()
+    }
+
+    /// Reports Ready once the initial value of every field read has come; again whenever the plan is sent again.
+    fn try_ready(&mut self) -> Result<(), HostError> {
+        if !self.ready.1 || !self.mailbox.has_all(&self.sources, Version::INITIAL) {
+            return Ok(());
+        }
+        self.ready.1 = false;
+        let envelope = Envelope { version: Some(Version::INITIAL), ..Envelope::default() };
+        self.tell(&envelope, report::Body::Ready(self.ready.0.clone()))
+    }
+
+    fn try_solve(&mut self) -> Result<(), HostError> {
+        let Some((envelope, iterate, asked)) = &self.pending else { return Ok(()) };
+        let version = envelope.version.unwrap_or_default();
+        let committed = iterate.committed.unwrap_or_default();
+        let Some(frozen) = self.frozen(version, committed) else { return Ok(()) };
+        let envelope = envelope.clone();
+        let wait_s = asked.elapsed().as_secs_f64();
+        self.pending = None;
+        let window = Window { t_s: envelope.t_s, dt_s: envelope.dt_s };
+        let begun = Instant::now();
+        match self.participant.solve(version, window, &frozen) {
+            Err(error) => self.fail(&envelope, error.to_string(), error.retry()),
+            Ok(Answer { fields, mut done }) => {
+                done.solve_s = begun.elapsed().as_secs_f64();
+                done.wait_s = wait_s;
+                done.refused = self.refused;
+                let (count, bytes) = self.publish(&envelope, &fields, false)?;
+                (done.fields, done.bytes) = (count, bytes);
+                self.tell(&envelope, report::Body::Done(done.clone()))?;
+                self.answered = Some((envelope, fields, done));
+                Ok(())
+            }
+        }
+    }
+
+    /// The frozen fields of a trial, once all have arrived.
+    fn frozen(&self, version: Version, committed: Version) -> Option<Frozen> {
+        freeze(
+            &self.sources,
+            |source| self.mailbox.get(&source.field, committed),
+            |source| self.mailbox.get(&source.field, frozen_version(source, version, committed)),
+        )
+    }
+
+    fn answer_again(&mut self) -> Result<(), HostError> {
+        let Some((envelope, fields, done)) = self.answered.clone() else { return Ok(()) };
+        self.publish(&envelope, &fields, true)?;
+        self.tell(&envelope, report::Body::Done(done))
+    }
+
+    /// Publishes fields; one whose values readers hold already is sent as a reference, unless `whole`.
+    fn publish(&mut self, envelope: &Envelope, fields: &Fields, whole: bool) -> Result<(u32, u64), HostError> {
+        let version = envelope.version.unwrap_or_default();
+        let (mut count, mut bytes) = (0, 0);
+        for (name, field) in fields {
+            let Some(outlet) = self.outlets.get(name) else { continue };
+            // A rejected attempt is forgotten by everyone: its values are no reference.
+            let kept = |at: &Version| at.step < version.step || at.attempt == version.attempt;
+            let known = self.sent.get(name).filter(|(at, sent)| !whole && kept(at) && same(sent, field));
+            let known = known.map(|(at, _)| *at);
+            let header = Self::stamp(&self.identity, self.epoch, &mut self.sequence, envelope);
+            let payload = if known.is_some() { bytes::Bytes::new() } else { field.values().bytes().clone() };
+            count += 1;
+            bytes += payload.len() as u64;
+            outlet.put(Some(codec::field_attachment(&header, field, known)), payload)?;
+            self.sent.insert(name.clone(), (version, field.clone()));
+        }
+        Ok((count, bytes))
+    }
+
+    fn fail(&mut self, envelope: &Envelope, message: String, retry: bool) -> Result<(), HostError> {
+        self.tell(envelope, report::Body::Failure(Failure { message, retry }))
+    }
+
+    fn take_leave(&mut self) -> Result<(), HostError> {
+        let fields = self.current.values().map(summary).collect();
+        let envelope = Envelope { version: Some(self.committed), ..Envelope::default() };
+        self.tell(&envelope, report::Body::Farewell(Farewell { fields }))
+    }
+
+    fn tell(&mut self, envelope: &Envelope, body: report::Body) -> Result<(), HostError> {
+        let envelope = Self::stamp(&self.identity, self.epoch, &mut self.sequence, envelope);
+        let report = Report { envelope: Some(envelope), body: Some(body) };
+        Ok(self.report.put(None, report.encode_to_vec().into())?)
+    }
+
+    fn stamp(identity: &Identity, epoch: Option<u32>, sequence: &mut u64, about: &Envelope) -> Envelope {
+        let envelope = Envelope {
+            run: identity.run.clone(),
+            schema: SCHEMA_VERSION,
+            epoch: epoch.unwrap_or_default(),
+            sender: identity.node.clone(),
+            sequence: *sequence,
+            version: about.version,
+            t_s: about.t_s,
+            dt_s: about.dt_s,
+        };
+        *sequence += 1;
+        envelope
+    }
+}
+
+/// The version of a source that a node freezes at the window's end for the trial `version`.
+#[must_use]
+pub fn frozen_version(source: &Source, version: Version, committed: Version) -> Version {
+    match (source.same_iteration, version.iteration) {
+        (true, _) => version,
+        (false, 0 | 1) => committed,
+        (false, iteration) => Version { iteration: iteration - 1, ..version },
+    }
+}
+
+/// Smallest, mean and largest value of a field, summed in its order, and the hash of its bytes.
+#[must_use]
+pub fn summary(field: &Field) -> FieldSummary {
+    let mut summary = FieldSummary {
+        field: field.name().into(),
+        unit: field.port.unit.clone(),
+        rows: field.rows() as u64,
+        hash: field.hash(),
+        ..FieldSummary::default()
+    };
+    let mut put = |values: &mut dyn ExactSizeIterator<Item = f64>| {
+        let count = values.len() as f64;
+        let (mut low, mut high, mut sum) = (f64::INFINITY, f64::NEG_INFINITY, 0.0);
+        for value in values {
+            low = low.min(value);
+            high = high.max(value);
+            sum += value;
+        }
+        if count > 0.0 {
+            (summary.min, summary.mean, summary.max) = (low, sum / count, high);
+        }
+    };
+    if let Ok(values) = field.f64() {
+        put(&mut values.iter().copied());
+    } else if let Ok(values) = field.u32() {
+        put(&mut values.iter().map(|value| f64::from(*value)));
+    } else if let Ok(values) = field.u8() {
+        put(&mut values.iter().map(|value| f64::from(*value)));
+    }
+    summary
+}

@@ -1,0 +1,191 @@
+//! Starts a process per node and leaves none behind.
+//!
+//! A node ends when it is told to, when the coordinator's token is gone, or when the pipe on its standard input
+//! closes: the kernel closes it however this process ends.
+
+use std::{
+    collections::{BTreeMap, VecDeque},
+    io::{BufRead, BufReader},
+    path::PathBuf,
+    process::{Child, Command, Stdio},
+    sync::{
+        Arc, Mutex, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
+    thread::JoinHandle,
+    time::{Duration, Instant},
+};
+
+use crate::{coordinator::Keeper, roster::Runs};
+
+/// Lines of a node's diagnostics that are kept to explain its end.
+const LAST_LINES: usize = 20;
+/// How long a node that was told to end may take.
+const LEAVE: Duration = Duration::from_secs(5);
+/// One thread for everything Zenoh does in a node: fastest at these rates, and its callbacks only enqueue.
+const ONE_THREAD: &str =
+    "(app: (worker_threads: 1), rx: (handover: app), tx: (handover: app), acc: (handover: app), net: (handover: app))";
+
+/// What every node of a run is told.
+#[derive(Clone, Debug)]
+pub struct Common {
+    /// Name of the run.
+    pub run: String,
+    /// The hub's endpoint.
+    pub connect: String,
+    /// File of the scene.
+    pub scene: PathBuf,
+    /// `--set` values.
+    pub overrides: Vec<(String, String)>,
+    /// Hash of the scene.
+    pub scene_hash: u64,
+    /// Threads of each node; `None` is one per core.
+    pub threads: Option<usize>,
+}
+
+/// The processes of a run's nodes.
+pub struct Launcher {
+    workers: BTreeMap<String, Worker>,
+    interrupted: Arc<AtomicBool>,
+}
+
+struct Worker {
+    child: Child,
+    lines: Arc<Mutex<VecDeque<String>>>,
+    reader: Option<JoinHandle<()>>,
+}
+
+impl Launcher {
+    /// Starts a process for each node. Those already started end when this fails.
+    ///
+    /// # Errors
+    /// A process cannot be started.
+    pub fn start(
+        nodes: &BTreeMap<String, Runs>,
+        common: &Common,
+        interrupted: Arc<AtomicBool>,
+    ) -> std::io::Result<Self> {
+        let mut launcher = Self { workers: BTreeMap::new(), interrupted };
+        for (name, runs) in nodes {
+            let mut command = match runs {
+                Runs::Physics(kind) => built_in(name, kind, common)?,
+                Runs::Command(words) => plug_in(words),
+            };
+            command
+                .env("ZENOH_RUNTIME", ONE_THREAD)
+                .env("STAGGER_RUN", &common.run)
+                .env("STAGGER_NODE", name)
+                .env("STAGGER_CONNECT", &common.connect)
+                .env("STAGGER_SCENE", &common.scene)
+                .env("STAGGER_SCENE_HASH", common.scene_hash.to_string())
+                .stdin(Stdio::piped())
+                .stdout(Stdio::null())
+                .stderr(Stdio::piped());
+            let child = command.spawn().map_err(|error| {
+                std::io::Error::new(error.kind(), format!("node `{name}`: cannot start {command:?}: {error}"))
+            })?;
+            launcher.workers.insert(name.clone(), Worker::new(name, child));
+        }
+        Ok(launcher)
+    }
+
+    /// Process ids by node.
+    #[must_use]
+    pub fn pids(&self) -> BTreeMap<String, u32> {
+        self.workers.iter().map(|(name, worker)| (name.clone(), worker.child.id())).collect()
+    }
+}
+
+impl Drop for Launcher {
+    fn drop(&mut self) {
+        for worker in self.workers.values_mut() {
+            // A node that has not been told to end notices this.
+            drop(worker.child.stdin.take());
+        }
+        let deadline = Instant::now() + LEAVE;
+        for (name, worker) in &mut self.workers {
+            while Instant::now() < deadline && !worker.ended() {
+                std::thread::sleep(Duration::from_millis(2));
+            }
+            if !worker.ended() {
+                crate::diagnostics::warn(&format!("node `{name}` did not leave by itself and is ended"));
+                // One that has just ended by itself cannot be killed, which is as good.
+                let _ = worker.child.kill();
+                let _ = worker.child.wait();
+            }
+            if let Some(reader) = worker.reader.take() {
+                // The reader ends with the pipe; a panic in it lost diagnostics, nothing else.
+                let _ = reader.join();
+            }
+        }
+    }
+}
+
+impl Worker {
+    fn new(name: &str, mut child: Child) -> Self {
+        let lines = Arc::new(Mutex::new(VecDeque::new()));
+        let reader = child.stderr.take().map(|pipe| {
+            let (kept, name) = (Arc::clone(&lines), name.to_owned());
+            std::thread::spawn(move || {
+                for line in BufReader::new(pipe).lines().map_while(Result::ok) {
+                    crate::diagnostics::note(&format!("[{name}] {line}"));
+                    let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
+                    if kept.len() == LAST_LINES {
+                        kept.pop_front();
+                    }
+                    kept.push_back(line);
+                }
+            })
+        });
+        Self { child, lines, reader }
+    }
+
+    fn ended(&mut self) -> bool {
+        !matches!(self.child.try_wait(), Ok(None))
+    }
+}
+
+fn built_in(name: &str, kind: &str, common: &Common) -> std::io::Result<Command> {
+    let mut command = Command::new(std::env::current_exe()?);
+    command.args(["node", kind, "--name", name, "--run", &common.run, "--connect", &common.connect, "--child"]);
+    command.arg("--scene").arg(&common.scene);
+    for (key, value) in &common.overrides {
+        command.arg("--set").arg(format!("{key}={value}"));
+    }
+    if let Some(threads) = common.threads {
+        command.args(["--threads", &threads.to_string()]);
+    }
+    Ok(command)
+}
+
+fn plug_in(words: &[String]) -> Command {
+    let mut command = Command::new(words.first().map_or("", String::as_str));
+    command.args(words.iter().skip(1));
+    command
+}
+
+impl Keeper for Launcher {
+    fn last_words(&mut self, node: &str) -> String {
+        let Some(worker) = self.workers.get_mut(node) else { return "it was not started here".into() };
+        // The process and its pipe end a moment after its token.
+        let deadline = Instant::now() + Duration::from_millis(500);
+        while !worker.ended() && Instant::now() < deadline {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        let status = match worker.child.try_wait() {
+            Ok(Some(status)) => status.to_string(),
+            _ => "its process does not answer".into(),
+        };
+        let lines = worker.lines.lock().unwrap_or_else(PoisonError::into_inner);
+        let said: Vec<_> = lines.iter().map(String::as_str).collect();
+        if said.is_empty() { status } else { format!("{status}; it said: {}", said.join(" / ")) }
+    }
+
+    fn interrupted(&self) -> bool {
+        self.interrupted.load(Ordering::Relaxed)
+    }
+
+    fn ended_early(&mut self) -> Option<String> {
+        self.workers.iter_mut().find_map(|(name, worker)| worker.ended().then(|| name.clone()))
+    }
+}

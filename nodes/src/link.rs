@@ -1,0 +1,356 @@
+//! The link between the processes of a run: the only file that knows Zenoh.
+//!
+//! A run is a star. The coordinator's session is the hub and listens, nodes connect to it as clients; there is no
+//! scouting and no gossip, so nothing leaves the endpoints given. Every put is reliable, blocks rather than drops,
+//! and waits a minute before it gives a link up. Payloads above [`SHARED_MEMORY_FROM`] go through shared memory.
+
+use std::{
+    collections::{BTreeMap, VecDeque},
+    path::{Path, PathBuf},
+    sync::{Arc, Mutex, PoisonError},
+    time::Duration,
+};
+
+use bytes::Bytes;
+use zenoh::{
+    Config, Session, Wait,
+    bytes::ZBytes,
+    liveliness::LivelinessToken,
+    pubsub::{Publisher, Subscriber},
+    qos::{CongestionControl, Reliability},
+    query::Queryable,
+    sample::{Sample, SampleKind},
+    shm::{GarbageCollect, PosixShmProviderBackend, ShmProvider, ShmProviderBuilder, ZShm, ZShmMut},
+};
+
+/// Payloads of this many bytes or more go through shared memory; smaller ones cost less in the socket.
+const SHARED_MEMORY_FROM: usize = 3 * 1024;
+/// Pool of one node's outgoing fields, in bytes. A full pool falls back to the socket, with a warning.
+const SHARED_MEMORY_POOL: usize = 256 * 1024 * 1024;
+/// Buffers of one key a publisher keeps: the committed version and the two newest iterates. While it holds them,
+/// Zenoh's watchdog does not take them back (eclipse-zenoh/zenoh#2628), however late a reader is scheduled.
+const HELD_BUFFERS: usize = 3;
+/// How long a stopped process is taken for alive, in ms.
+const LEASE_MS: u64 = 5_000;
+/// How long a put waits for a link that does not drain before it closes it, in µs.
+const PATIENCE_US: u64 = 60_000_000;
+
+/// Why the processes of a run cannot talk.
+#[derive(Debug, thiserror::Error)]
+pub enum LinkError {
+    /// A configuration file that is not one.
+    #[error("Zenoh configuration {}: {message}", .path.display())]
+    Config {
+        /// The file.
+        path: PathBuf,
+        /// What Zenoh said.
+        message: String,
+    },
+    /// A session that does not open, a declaration or a put that fails.
+    #[error("cannot {what}: {message}")]
+    Zenoh {
+        /// What was tried.
+        what: String,
+        /// What Zenoh said.
+        message: String,
+    },
+}
+
+fn failed(what: impl Into<String>) -> impl FnOnce(zenoh::Error) -> LinkError {
+    let what = what.into();
+    move |error| LinkError::Zenoh { what, message: error.to_string() }
+}
+
+/// Which end of the star a process is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// Listens; the nodes' messages to each other pass through it.
+    Hub {
+        /// Endpoint such as `unixsock-stream//tmp/x/hub.sock` or `tcp/127.0.0.1:7447`.
+        listen: String,
+    },
+    /// Connects to the hub.
+    Node {
+        /// The hub's endpoint.
+        connect: String,
+    },
+    /// Everything in one process: no endpoint at all.
+    Alone,
+}
+
+/// A message as it came.
+#[derive(Clone, Debug)]
+pub struct Arrival {
+    /// Key it was put on.
+    pub key: String,
+    /// Header; empty where there is none.
+    pub attachment: Bytes,
+    /// Body.
+    pub payload: Bytes,
+}
+
+/// A session, shared by everything that runs in this process.
+#[derive(Clone)]
+pub struct Link {
+    session: Session,
+    pool: Option<Arc<Pool>>,
+}
+
+/// Stops what it stands for when dropped.
+pub struct Declared(#[expect(dead_code, reason = "held for its drop")] Kind);
+
+enum Kind {
+    Subscriber(#[expect(dead_code, reason = "held for its drop")] Subscriber<()>),
+    Queryable(#[expect(dead_code, reason = "held for its drop")] Queryable<()>),
+    Token(#[expect(dead_code, reason = "held for its drop")] LivelinessToken),
+}
+
+impl Link {
+    /// Opens a session as `role`; `config` is a Zenoh configuration file whose settings come first.
+    ///
+    /// # Errors
+    /// The configuration is not valid, or the endpoint cannot be listened on or reached.
+    pub fn open(role: &Role, config: Option<&Path>) -> Result<Self, LinkError> {
+        let mut settings = match config {
+            None => Config::default(),
+            Some(path) => Config::from_file(path)
+                .map_err(|error| LinkError::Config { path: path.into(), message: error.to_string() })?,
+        };
+        let (mode, listen, connect, what) = match role {
+            Role::Hub { listen } => ("peer", vec![listen], vec![], format!("listen on {listen}")),
+            Role::Node { connect } => ("client", vec![], vec![connect], format!("connect to {connect}")),
+            Role::Alone => ("peer", vec![], vec![], "open a session".into()),
+        };
+        let list = |endpoints: Vec<&String>| serde_json::json!(endpoints).to_string();
+        let lines = [
+            ("mode", format!("\"{mode}\"")),
+            ("listen/endpoints", list(listen)),
+            ("connect/endpoints", list(connect)),
+            ("connect/timeout_ms", "10000".into()),
+            ("connect/exit_on_failure", "true".into()),
+            ("scouting/multicast/enabled", "false".into()),
+            ("scouting/gossip/enabled", "false".into()),
+            ("transport/link/tx/lease", LEASE_MS.to_string()),
+            ("transport/link/tx/queue/congestion_control/block/wait_before_close", PATIENCE_US.to_string()),
+            // Large payloads are put into shared memory here, where they can be held and a full pool be told.
+            ("transport/shared_memory/transport_optimization/enabled", "false".into()),
+        ];
+        for (key, value) in lines {
+            settings.insert_json5(key, &value).map_err(failed(format!("set {key} to {value}")))?;
+        }
+        let session = zenoh::open(settings).wait().map_err(failed(what))?;
+        let pool = matches!(role, Role::Node { .. }).then(|| Arc::new(Pool::default()));
+        Ok(Self { session, pool })
+    }
+
+    /// Prepares to put on `key`.
+    ///
+    /// # Errors
+    /// The key is not valid.
+    pub fn publisher(&self, key: String) -> Result<Outlet, LinkError> {
+        let publisher = self
+            .session
+            .declare_publisher(key.clone())
+            .congestion_control(CongestionControl::Block)
+            .reliability(Reliability::Reliable)
+            .express(true)
+            .wait()
+            .map_err(failed(format!("declare {key}")))?;
+        Ok(Outlet { publisher, pool: self.pool.clone() })
+    }
+
+    /// Has `receive` called for every message on `key`. It runs on Zenoh's thread: it may enqueue, not put.
+    ///
+    /// # Errors
+    /// The key is not valid.
+    pub fn subscribe(
+        &self,
+        key: &str,
+        receive: impl Fn(Arrival) + Send + Sync + 'static,
+    ) -> Result<Declared, LinkError> {
+        let subscriber = self
+            .session
+            .declare_subscriber(key.to_owned())
+            .callback(move |sample| receive(arrival(&sample)))
+            .wait()
+            .map_err(failed(format!("subscribe to {key}")))?;
+        Ok(Declared(Kind::Subscriber(subscriber)))
+    }
+
+    /// Answers every query for `key` with `reply`.
+    ///
+    /// # Errors
+    /// The key is not valid.
+    pub fn answer(&self, key: &str, reply: Vec<u8>) -> Result<Declared, LinkError> {
+        let own = key.to_owned();
+        let queryable = self
+            .session
+            .declare_queryable(key.to_owned())
+            .callback(move |query| {
+                // A querier that is gone needs no answer.
+                let _ = query.reply(&own, reply.clone()).wait();
+            })
+            .wait()
+            .map_err(failed(format!("answer on {key}")))?;
+        Ok(Declared(Kind::Queryable(queryable)))
+    }
+
+    /// Asks for `key` and returns the first answer, or `None` where none comes in time.
+    ///
+    /// # Errors
+    /// The key is not valid.
+    pub fn ask(&self, key: &str, patience: Duration) -> Result<Option<Bytes>, LinkError> {
+        let replies = self.session.get(key).timeout(patience).wait().map_err(failed(format!("query {key}")))?;
+        while let Ok(reply) = replies.recv() {
+            if let Ok(sample) = reply.into_result() {
+                return Ok(Some(contiguous(sample.payload())));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Shows `key` as alive until the returned value is dropped or this process ends.
+    ///
+    /// # Errors
+    /// The key is not valid.
+    pub fn announce(&self, key: &str) -> Result<Declared, LinkError> {
+        let token =
+            self.session.liveliness().declare_token(key.to_owned()).wait().map_err(failed(format!("announce {key}")))?;
+        Ok(Declared(Kind::Token(token)))
+    }
+
+    /// Has `receive` called with each key under `key` that appears (`true`) or is gone (`false`), present ones first.
+    ///
+    /// # Errors
+    /// The key is not valid.
+    pub fn watch(
+        &self,
+        key: &str,
+        receive: impl Fn(String, bool) + Send + Sync + 'static,
+    ) -> Result<Declared, LinkError> {
+        let subscriber = self
+            .session
+            .liveliness()
+            .declare_subscriber(key.to_owned())
+            .history(true)
+            .callback(move |sample| receive(sample.key_expr().to_string(), sample.kind() == SampleKind::Put))
+            .wait()
+            .map_err(failed(format!("watch {key}")))?;
+        Ok(Declared(Kind::Subscriber(subscriber)))
+    }
+
+    /// Ends the session after everything put has left.
+    ///
+    /// # Errors
+    /// The links do not close in time.
+    pub fn close(&self) -> Result<(), LinkError> {
+        self.session.close().wait().map_err(failed("close the session"))
+    }
+}
+
+/// Puts messages on one key.
+pub struct Outlet {
+    publisher: Publisher<'static>,
+    pool: Option<Arc<Pool>>,
+}
+
+impl Outlet {
+    /// Puts one message.
+    ///
+    /// # Errors
+    /// The session is closed.
+    pub fn put(&self, attachment: Option<Vec<u8>>, payload: Bytes) -> Result<(), LinkError> {
+        let key = self.publisher.key_expr().as_str();
+        let body = match &self.pool {
+            Some(pool) if payload.len() >= SHARED_MEMORY_FROM => pool.place(key, payload),
+            _ => payload.into(),
+        };
+        self.publisher.put(body).attachment(attachment).wait().map_err(failed(format!("put {key}")))
+    }
+}
+
+/// The shared memory a node's outgoing fields are placed in, made when the first large one is sent.
+#[derive(Default)]
+struct Pool(Mutex<PoolState>);
+
+#[derive(Default)]
+struct PoolState {
+    provider: Option<ShmProvider<PosixShmProviderBackend>>,
+    unavailable: bool,
+    overflow_told: bool,
+    held: BTreeMap<String, VecDeque<ZShm>>,
+}
+
+impl Pool {
+    fn place(&self, key: &str, payload: Bytes) -> ZBytes {
+        // A poisoned lock means a panic while the state was consistent: nothing in here leaves it half changed.
+        let mut state = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        match state.copy(&payload) {
+            Some(buffer) => {
+                let buffer: ZShm = buffer.into();
+                let held = state.held.entry(key.to_owned()).or_default();
+                held.push_back(buffer.clone());
+                if held.len() > HELD_BUFFERS {
+                    held.pop_front();
+                }
+                buffer.into()
+            }
+            None => payload.into(),
+        }
+    }
+}
+
+impl PoolState {
+    fn copy(&mut self, payload: &Bytes) -> Option<ZShmMut> {
+        if self.provider.is_none() && !self.unavailable {
+            match ShmProviderBuilder::default_backend(SHARED_MEMORY_POOL).wait() {
+                Ok(provider) => self.provider = Some(provider),
+                Err(error) => {
+                    self.unavailable = true;
+                    crate::diagnostics::warn(&format!("no shared memory ({error}): fields go through the socket"));
+                }
+            }
+        }
+        let provider = self.provider.as_ref()?;
+        match provider.alloc(payload.len()).with_policy::<GarbageCollect>().wait() {
+            Ok(mut buffer) => {
+                buffer.as_mut().copy_from_slice(payload);
+                Some(buffer)
+            }
+            Err(error) => {
+                if !self.overflow_told {
+                    self.overflow_told = true;
+                    crate::diagnostics::warn(&format!(
+                        "the shared memory pool of {} MiB is full ({error:?}): fields go through the socket, slower",
+                        SHARED_MEMORY_POOL >> 20
+                    ));
+                }
+                None
+            }
+        }
+    }
+}
+
+fn arrival(sample: &Sample) -> Arrival {
+    Arrival {
+        key: sample.key_expr().to_string(),
+        attachment: sample.attachment().map(contiguous).unwrap_or_default(),
+        payload: contiguous(sample.payload()),
+    }
+}
+
+/// The bytes in one piece. What lies in shared memory is copied out at once: its owner may reuse the buffer later,
+/// and a reader keeps committed fields for longer than that.
+fn contiguous(bytes: &ZBytes) -> Bytes {
+    struct Piece(ZBytes);
+    impl AsRef<[u8]> for Piece {
+        fn as_ref(&self) -> &[u8] {
+            self.0.slices().next().unwrap_or_default()
+        }
+    }
+    if bytes.as_shm().is_none() && bytes.slices().count() == 1 {
+        Bytes::from_owner(Piece(bytes.clone()))
+    } else {
+        bytes.to_bytes().into_owned().into()
+    }
+}

@@ -1,0 +1,181 @@
+//! Watches a run: counts, energy, time per node, and a line of progress on a terminal.
+
+use std::{
+    collections::BTreeMap,
+    io::{IsTerminal as _, Write as _},
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+    time::{Duration, Instant},
+};
+
+use serde::Serialize;
+use stagger_messages::{Decision, Done, Ready, Verdict};
+use stagger_solver::coupling::{Ledger, Observer, Outcome};
+
+/// How often the line of progress is written.
+const REFRESH: Duration = Duration::from_millis(200);
+
+/// What happened to the steps of a run.
+#[derive(Clone, Debug, Default, Serialize, PartialEq)]
+pub struct Steps {
+    /// Steps accepted.
+    pub accepted: u64,
+    /// Attempts rejected.
+    pub rejected: u64,
+    /// Iterations, those of rejected attempts too.
+    pub iterations: u64,
+    /// Simulated time reached, in s.
+    pub time_s: f64,
+    /// Smallest accepted window, in s.
+    pub dt_min_s: f64,
+    /// Mean accepted window, in s.
+    pub dt_mean_s: f64,
+    /// Largest accepted window, in s.
+    pub dt_max_s: f64,
+    /// How often each field had the largest error over its tolerance in an accepted step's first iteration.
+    pub limiting: BTreeMap<String, u64>,
+}
+
+/// What a node did.
+#[derive(Clone, Debug, Default, Serialize, PartialEq)]
+pub struct Work {
+    /// Windows solved.
+    pub solves: u64,
+    /// Replies given again because the frozen fields had not changed.
+    pub reused: u64,
+    /// Time in solve, in s.
+    pub solve_s: f64,
+    /// Time waiting for frozen fields, in s.
+    pub wait_s: f64,
+    /// Fields published.
+    pub exchanges: u64,
+    /// Bytes of their values.
+    pub bytes: u64,
+    /// Messages refused.
+    pub refused: u64,
+    /// Quantities of the physics in its last accepted window.
+    pub figures: BTreeMap<String, f64>,
+}
+
+/// Everything a run's summary is made of.
+pub struct Monitor {
+    /// Steps.
+    pub steps: Steps,
+    /// Work by node.
+    pub nodes: BTreeMap<String, Work>,
+    /// Energy.
+    pub ledger: Ledger,
+    begun: Instant,
+    duration_s: f64,
+    shown: Option<Instant>,
+    interrupted: Arc<AtomicBool>,
+}
+
+impl Monitor {
+    /// Watches a run of `duration_s` simulated seconds; `interrupted` ends it after the current step.
+    #[must_use]
+    pub fn new(duration_s: f64, interrupted: Arc<AtomicBool>) -> Self {
+        Self {
+            steps: Steps { dt_min_s: f64::INFINITY, ..Steps::default() },
+            nodes: BTreeMap::new(),
+            ledger: Ledger::default(),
+            begun: Instant::now(),
+            duration_s,
+            shown: None,
+            interrupted,
+        }
+    }
+
+    fn book(&mut self, node: &str, done: &Done, accepted: bool) {
+        let work = self.nodes.entry(node.into()).or_default();
+        if done.reused {
+            work.reused += 1;
+        } else {
+            work.solves += 1;
+        }
+        work.solve_s += done.solve_s;
+        work.wait_s += done.wait_s;
+        work.exchanges += u64::from(done.fields);
+        work.bytes += done.bytes;
+        work.refused = done.refused;
+        if accepted {
+            work.figures = done.figures.clone().into_iter().collect();
+            self.ledger.book(node, &done.ledger);
+        }
+    }
+
+    fn show(&mut self, decision: &Decision) {
+        let now = Instant::now();
+        let due = self.shown.is_none_or(|last| now.duration_since(last) >= REFRESH);
+        if !due || !std::io::stderr().is_terminal() {
+            return;
+        }
+        self.shown = Some(now);
+        let share = self.steps.time_s / self.duration_s;
+        let left = match share > 0.0 {
+            true => format!("{:.0} s left", self.begun.elapsed().as_secs_f64() * (1.0 - share) / share),
+            false => "starting".into(),
+        };
+        let line = format!(
+            "\r\x1b[K{:3.0} %  t {:.4} ms  dt {:.3} us  step {}  {} iterations  {} rejected  {left}",
+            100.0 * share,
+            1e3 * self.steps.time_s,
+            1e6 * decision.next_dt_s,
+            self.steps.accepted,
+            self.steps.iterations,
+            self.steps.rejected,
+        );
+        // A terminal that is gone is no reason to end the run.
+        let _ = std::io::stderr().write_all(line.as_bytes());
+        let _ = std::io::stderr().flush();
+    }
+
+    /// Ends the line of progress and returns the wall time, in s.
+    pub fn finish(&mut self) -> f64 {
+        if self.shown.take().is_some() {
+            let _ = std::io::stderr().write_all(b"\r\x1b[K");
+        }
+        if self.steps.accepted == 0 {
+            self.steps.dt_min_s = 0.0;
+        }
+        self.begun.elapsed().as_secs_f64()
+    }
+}
+
+impl Observer for Monitor {
+    fn started(&mut self, ready: &[(String, Ready)]) {
+        for (node, ready) in ready {
+            self.nodes.entry(node.clone()).or_default();
+            self.ledger.start(node, &ready.ledger);
+        }
+    }
+
+    fn decided(&mut self, decision: &Decision, outcomes: &[Outcome]) -> bool {
+        let accepted = decision.verdict() == Verdict::Accept;
+        for outcome in outcomes {
+            if let Ok(done) = &outcome.result {
+                self.book(&outcome.node, done, accepted);
+            }
+        }
+        let steps = &mut self.steps;
+        steps.iterations += 1;
+        if decision.version.is_some_and(|version| version.iteration == 1) && !decision.limiting.is_empty() {
+            *steps.limiting.entry(decision.limiting.clone()).or_default() += 1;
+        }
+        match decision.verdict() {
+            Verdict::Accept => {
+                steps.accepted += 1;
+                steps.time_s = decision.t_s;
+                steps.dt_min_s = steps.dt_min_s.min(decision.dt_s);
+                steps.dt_max_s = steps.dt_max_s.max(decision.dt_s);
+                steps.dt_mean_s = decision.t_s / steps.accepted as f64;
+            }
+            Verdict::Reject => steps.rejected += 1,
+            Verdict::Iterate | Verdict::None => {}
+        }
+        self.show(decision);
+        !self.interrupted.load(Ordering::Relaxed)
+    }
+}

@@ -1,0 +1,74 @@
+//! `stagger node`: one physics of a scene as a process of its own.
+
+use std::{
+    io::Read as _,
+    path::PathBuf,
+};
+
+use stagger_solver::scene::Scene;
+
+use crate::{
+    diagnostics,
+    host::{Event, Host, HostError, Identity, NodeEnd},
+    link::{Link, LinkError, Role},
+    roster::{RosterError, participant},
+};
+
+/// What a node is started with.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// The physics.
+    pub kind: String,
+    /// Its name in the run.
+    pub name: String,
+    /// Name of the run.
+    pub run: String,
+    /// The hub's endpoint.
+    pub connect: String,
+    /// Whether a parent holds the other end of the standard input, and its end is ours.
+    pub child: bool,
+    /// Zenoh configuration file.
+    pub config: Option<PathBuf>,
+}
+
+/// Why a node ended in failure.
+#[derive(Debug, thiserror::Error)]
+pub enum NodeError {
+    /// It cannot be built.
+    #[error(transparent)]
+    Roster(#[from] RosterError),
+    /// The link failed.
+    #[error(transparent)]
+    Link(#[from] LinkError),
+    /// It could not go on.
+    #[error(transparent)]
+    Host(#[from] HostError),
+}
+
+/// Runs a node until its run ends.
+///
+/// # Errors
+/// It cannot be built or connected, or it fails.
+pub fn run(scene: &Scene, options: &Options) -> Result<NodeEnd, NodeError> {
+    let participant = participant(scene, &options.name, &options.kind)?;
+    let link = Link::open(&Role::Node { connect: options.connect.clone() }, options.config.as_deref())?;
+    let identity = Identity { run: options.run.clone(), node: options.name.clone(), scene_hash: scene.hash };
+    let host = Host::new(link.clone(), identity, participant)?;
+    // The terminal sends Ctrl-C to parent and child alike; the parent decides what follows from it.
+    if options.child
+        && let Err(error) = ctrlc::set_handler(|| {})
+    {
+        diagnostics::warn(&format!("cannot ignore Ctrl-C: {error}"));
+    }
+    if options.child {
+        let to_host = host.sender();
+        std::thread::spawn(move || {
+            // Nothing is ever written to this pipe: its end, or an error on it, is the parent's end.
+            let _ = std::io::stdin().read(&mut [0]);
+            let _ = to_host.send(Event::Abandoned);
+        });
+    }
+    let end = host.run()?;
+    link.close()?;
+    Ok(end)
+}

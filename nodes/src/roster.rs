@@ -1,0 +1,91 @@
+//! The nodes of a scene, and the participant behind each.
+
+use std::collections::BTreeMap;
+
+use stagger_solver::{
+    SolveError,
+    coupling::{Local, Participant},
+    physics::{optics::Optics, particles::Particles, thermal::Thermal},
+    scene::Scene,
+};
+
+/// What runs as a node.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Runs {
+    /// A physics of stagger, by its kind.
+    Physics(String),
+    /// A command that speaks the protocol.
+    Command(Vec<String>),
+}
+
+/// Why a node cannot be built.
+#[derive(Debug, thiserror::Error)]
+pub enum RosterError {
+    /// A kind of physics that is not built in.
+    #[error("there is no physics `{0}`: expected particles, thermal or optics")]
+    Kind(String),
+    /// A physics whose table is not in the scene.
+    #[error("node `{node}` runs the physics `{kind}`, but the scene has no [{kind}] table to set it up")]
+    NoTable {
+        /// The node.
+        node: String,
+        /// The kind.
+        kind: String,
+    },
+    /// Settings the physics does not accept.
+    #[error("node `{node}`: {source}")]
+    Settings {
+        /// The node.
+        node: String,
+        /// What is wrong.
+        source: SolveError,
+    },
+}
+
+/// The nodes of a scene by name: one for each physics it names, and those of its `[nodes]` tables.
+#[must_use]
+pub fn roster(scene: &Scene) -> BTreeMap<String, Runs> {
+    let named = [
+        ("particles", scene.particles.is_some()),
+        ("thermal", scene.thermal.is_some()),
+        ("optics", scene.optics.is_some()),
+    ];
+    let mut nodes: BTreeMap<String, Runs> = named
+        .into_iter()
+        .filter(|(_, present)| *present)
+        .map(|(kind, _)| (kind.to_owned(), Runs::Physics(kind.into())))
+        .collect();
+    for (name, settings) in &scene.nodes {
+        let runs = match (&settings.command, &settings.physics) {
+            (Some(command), _) => Runs::Command(command.clone()),
+            (None, Some(kind)) => Runs::Physics(kind.clone()),
+            (None, None) => continue,
+        };
+        nodes.insert(name.clone(), runs);
+    }
+    nodes
+}
+
+/// Builds the participant of a node from the scene.
+///
+/// # Errors
+/// The kind is unknown, its table absent, or its settings not accepted.
+pub fn participant(scene: &Scene, node: &str, kind: &str) -> Result<Box<dyn Participant>, RosterError> {
+    let no_table = || RosterError::NoTable { node: node.into(), kind: kind.into() };
+    let settings = |source| RosterError::Settings { node: node.into(), source };
+    Ok(match kind {
+        "particles" => {
+            let physics = Particles::new(scene.particles.clone().ok_or_else(no_table)?).map_err(settings)?;
+            Box::new(Local::new(node, physics))
+        }
+        "thermal" => {
+            let physics = Thermal::new(scene.thermal.clone().ok_or_else(no_table)?).map_err(settings)?;
+            Box::new(Local::new(node, physics))
+        }
+        "optics" => {
+            let physics = Optics::new(scene.optics.clone().ok_or_else(no_table)?).map_err(settings)?;
+            Box::new(Local::new(node, physics))
+        }
+        other => return Err(RosterError::Kind(other.into())),
+    })
+}

@@ -1,0 +1,361 @@
+//! `stagger run`: the whole scene, from the launch of its nodes to the summary.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::{Path, PathBuf},
+    sync::{Arc, atomic::AtomicBool},
+    time::{Duration, SystemTime, UNIX_EPOCH},
+};
+
+use stagger_messages::{Manifest, keys};
+use stagger_recordings::{Exchange, Level, Recorder, RecorderOptions, RecorderSender, RecordingError, RunInfo};
+use stagger_solver::{
+    coupling::{self, End, Ensemble as _, StepControl},
+    scene::{self, Scene},
+};
+
+use crate::{
+    coordinator::{Keeper, Remote, RunError, ports},
+    diagnostics,
+    in_process::Threads,
+    launcher::{Common, Launcher},
+    link::{Declared, Link, LinkError, Role},
+    monitor::Monitor,
+    roster::{RosterError, Runs, participant, roster},
+    summary::{self, FinalField, Recorded, Summary},
+};
+
+/// How long nodes have to announce themselves.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+/// What is asked for beside the scene.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// File of the scene, for the nodes.
+    pub scene: PathBuf,
+    /// `--set` values.
+    pub overrides: Vec<(String, String)>,
+    /// Recording to write; `None` writes none.
+    pub record: Option<PathBuf>,
+    /// Nodes as threads instead of processes.
+    pub in_process: bool,
+    /// Threads of each node.
+    pub threads: Option<usize>,
+    /// Nodes replaced by commands.
+    pub commands: BTreeMap<String, Vec<String>>,
+    /// A second recording, streamed to a viewer.
+    pub view: Option<std::process::Command>,
+    /// Endpoint to listen on, for nodes started by hand; `None` starts them all here.
+    pub listen: Option<String>,
+    /// Zenoh configuration file.
+    pub config: Option<PathBuf>,
+}
+
+/// Why a run did not come to its end.
+#[derive(Debug, thiserror::Error)]
+pub enum Failed {
+    /// The run itself.
+    #[error(transparent)]
+    Run(#[from] RunError),
+    /// The link.
+    #[error(transparent)]
+    Link(#[from] LinkError),
+    /// The recording.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
+    /// A node that cannot be built.
+    #[error(transparent)]
+    Roster(#[from] RosterError),
+    /// A file or a process.
+    #[error("{what}: {source}")]
+    Io {
+        /// What was tried.
+        what: String,
+        /// What the system said.
+        source: std::io::Error,
+    },
+}
+
+/// Runs a scene. `interrupted` ends it after the current step.
+///
+/// # Errors
+/// A node, the link or the recording fails. What was recorded until then is kept.
+pub fn run(scene: &Scene, options: Options, interrupted: &Arc<AtomicBool>) -> Result<Summary, Failed> {
+    let mut nodes = roster(scene);
+    nodes.extend(options.commands.iter().map(|(node, command)| (node.clone(), Runs::Command(command.clone()))));
+    let run = run_name(&options.scene);
+    let endpoint = Endpoint::new(&run, options.listen.as_deref())?;
+    let link = Link::open(&Role::Hub { listen: endpoint.name.clone() }, options.config.as_deref())?;
+    let info = run_info(&run, scene, &options);
+    let mut records = Records::start(&link, &info, scene, &options)?;
+    let names: BTreeSet<String> = nodes.keys().cloned().collect();
+    let common = Common {
+        run: run.clone(),
+        connect: endpoint.name.clone(),
+        scene: options.scene.clone(),
+        overrides: options.overrides.clone(),
+        scene_hash: scene.hash,
+        threads: options.threads,
+    };
+    let mut keeper: Box<dyn Keeper> = if options.in_process {
+        let mut participants = BTreeMap::new();
+        for (node, runs) in &nodes {
+            match runs {
+                Runs::Physics(kind) => participants.insert(node.clone(), participant(scene, node, kind)?),
+                Runs::Command(_) => return Err(RosterError::Kind(format!("{node} (a command, in one process)")).into()),
+            };
+        }
+        Box::new(Threads::start(&link, &run, scene.hash, participants, Arc::clone(interrupted))?)
+    } else if options.listen.is_some() {
+        diagnostics::note(&format!("run {run} waits on {} for {}", endpoint.name, join(&names)));
+        Box::new(ByHand(Arc::clone(interrupted)))
+    } else {
+        let launcher = Launcher::start(&nodes, &common, Arc::clone(interrupted));
+        Box::new(launcher.map_err(|source| Failed::Io { what: "cannot start the nodes".into(), source })?)
+    };
+    let patience = if options.listen.is_some() { Duration::from_secs(600) } else { PATIENCE };
+    let mut monitor = Monitor::new(scene.duration_s, Arc::clone(interrupted));
+    let mut remote = Remote::new(link.clone(), &run, names, keeper.as_mut())?;
+    let ended = conduct(scene, &mut remote, &mut records, &mut monitor, patience);
+    let wall_s = monitor.finish();
+    if let Err(error) = &ended {
+        // The nodes may be gone themselves; the error above is the one to tell.
+        let _ = remote.finish(None, false, &error.to_string());
+    }
+    let fields = remote.final_fields();
+    let refused = remote.refused();
+    drop(remote);
+    drop(keeper);
+    let recording = records.finish();
+    link.close()?;
+    let end = ended?;
+    Ok(Summary {
+        format: summary::FORMAT,
+        run,
+        title: scene.title.clone(),
+        completed: end == End::Completed,
+        wall_s,
+        exchanges: monitor.nodes.values().map(|work| work.exchanges).sum(),
+        bytes: monitor.nodes.values().map(|work| work.bytes).sum(),
+        refused: refused + monitor.nodes.values().map(|work| work.refused).sum::<u64>(),
+        imbalance: monitor.ledger.imbalances(),
+        ledger: monitor.ledger.nodes().clone(),
+        steps: monitor.steps,
+        nodes: monitor.nodes,
+        hash: summary::hash(&fields),
+        fields: fields.iter().map(FinalField::from).collect(),
+        recording: recording?,
+    })
+}
+
+fn conduct(
+    scene: &Scene,
+    remote: &mut Remote<'_>,
+    records: &mut Records,
+    monitor: &mut Monitor,
+    patience: Duration,
+) -> Result<End, RunError> {
+    let manifests = remote.gather(scene.hash, patience)?;
+    records.manifests(&manifests);
+    let ports = ports(&manifests);
+    let plan = coupling::plan(&ports, &scene.coupling)?;
+    let mut control = StepControl::new(&scene.coupling, &coupling::measured(&ports), scene.duration_s);
+    coupling::drive(remote, &plan, &mut control, monitor)
+}
+
+fn join(names: &BTreeSet<String>) -> String {
+    names.iter().map(String::as_str).collect::<Vec<_>>().join(", ")
+}
+
+/// Nodes started by somebody else.
+struct ByHand(Arc<AtomicBool>);
+
+impl Keeper for ByHand {
+    fn last_words(&mut self, _node: &str) -> String {
+        "it was started by hand: look at its own messages".into()
+    }
+
+    fn interrupted(&self) -> bool {
+        self.0.load(std::sync::atomic::Ordering::Relaxed)
+    }
+
+    fn ended_early(&mut self) -> Option<String> {
+        None
+    }
+}
+
+/// `<scene>-<unix seconds>-<process>`: unique on this host, and legal in a key.
+fn run_name(scene: &Path) -> String {
+    let stem = scene.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+    let legal: String =
+        stem.chars().map(|c| if c.is_ascii_alphanumeric() || c == '-' || c == '_' { c } else { '-' }).collect();
+    let legal = if legal.is_empty() { "run" } else { &legal[..legal.len().min(32)] };
+    format!("{legal}-{}-{}", unix_time().as_secs(), std::process::id())
+}
+
+fn unix_time() -> Duration {
+    // A clock before 1970 is wrong anyway.
+    SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default()
+}
+
+fn run_info(run: &str, scene: &Scene, options: &Options) -> RunInfo {
+    let cores = std::thread::available_parallelism().map_or(0, std::num::NonZero::get);
+    RunInfo {
+        run: run.into(),
+        scene_file: options.scene.display().to_string(),
+        scene_text: scene.text.clone(),
+        scene_hash: scene.hash,
+        overrides: options.overrides.clone(),
+        seed: scene.seed,
+        program: concat!("stagger ", env!("CARGO_PKG_VERSION")).into(),
+        started_unix_ns: u64::try_from(unix_time().as_nanos()).unwrap_or(u64::MAX),
+        machine: BTreeMap::from([
+            ("os".into(), std::env::consts::OS.into()),
+            ("architecture".into(), std::env::consts::ARCH.into()),
+            ("cores".into(), cores.to_string()),
+        ]),
+    }
+}
+
+/// The hub's endpoint: a socket in a folder of its own, which goes with the run.
+struct Endpoint {
+    name: String,
+    folder: Option<PathBuf>,
+}
+
+/// The folder of a run on this host, where `view` finds its socket by the run's name.
+#[must_use]
+pub fn socket_folder(run: &str) -> PathBuf {
+    std::env::temp_dir().join(format!("stagger-{run}"))
+}
+
+impl Endpoint {
+    fn new(run: &str, listen: Option<&str>) -> Result<Self, Failed> {
+        if let Some(name) = listen {
+            return Ok(Self { name: name.into(), folder: None });
+        }
+        let folder = socket_folder(run);
+        let made = private_folder(&folder);
+        made.map_err(|source| Failed::Io { what: format!("cannot make {}", folder.display()), source })?;
+        Ok(Self { name: socket(&folder), folder: Some(folder) })
+    }
+}
+
+/// The endpoint in a run's folder.
+#[must_use]
+pub fn socket(folder: &Path) -> String {
+    format!("unixsock-stream/{}", folder.join("hub.sock").display())
+}
+
+fn private_folder(folder: &Path) -> std::io::Result<()> {
+    use std::os::unix::fs::DirBuilderExt as _;
+    std::fs::DirBuilder::new().mode(0o700).create(folder)
+}
+
+impl Drop for Endpoint {
+    fn drop(&mut self) {
+        if let Some(folder) = &self.folder {
+            // A folder left behind in the temporary directory does no harm.
+            let _ = std::fs::remove_dir_all(folder);
+        }
+    }
+}
+
+/// The recording of a run, and its stream to a viewer.
+struct Records {
+    file: Option<(PathBuf, Recorder)>,
+    viewer: Option<(std::process::Child, Recorder)>,
+    subscription: Option<Declared>,
+    run: String,
+}
+
+impl Records {
+    fn start(link: &Link, info: &RunInfo, scene: &Scene, options: &Options) -> Result<Self, Failed> {
+        let recorder_options = RecorderOptions {
+            level: match scene.record.level {
+                scene::Level::All => Level::All,
+                scene::Level::Accepted => Level::Accepted,
+            },
+            every: scene.record.every,
+            ..RecorderOptions::default()
+        };
+        let mut records = Self { file: None, viewer: None, subscription: None, run: info.run.clone() };
+        if let Some(path) = &options.record {
+            let io = |source| Failed::Io { what: format!("cannot write the recording {}", path.display()), source };
+            if let Some(folder) = path.parent() {
+                std::fs::create_dir_all(folder).map_err(io)?;
+            }
+            let file = std::fs::File::create(path).map_err(io)?;
+            records.file = Some((path.clone(), Recorder::create(file, info, recorder_options)?));
+        }
+        if let Some(command) = &options.view {
+            let mut child = copy(command)
+                .stdin(std::process::Stdio::piped())
+                .spawn()
+                .map_err(|source| Failed::Io { what: "cannot start the viewer".into(), source })?;
+            if let Some(pipe) = child.stdin.take() {
+                records.viewer = Some((child, Recorder::create(pipe, info, RecorderOptions::default())?));
+            }
+        }
+        let senders: Vec<RecorderSender> = records.senders();
+        if !senders.is_empty() {
+            let closed = std::sync::atomic::AtomicBool::new(false);
+            records.subscription = Some(link.subscribe(&keys::all(&info.run), move |arrival| {
+                let topic = keys::topic(&arrival.key);
+                let Some(exchange) = Exchange::from_parts(topic, arrival.attachment, arrival.payload) else { return };
+                for sender in &senders {
+                    // The recorder tells its error when it finishes; one line here says that the run goes on without.
+                    if sender.push(exchange.clone()).is_err() && !closed.swap(true, std::sync::atomic::Ordering::Relaxed) {
+                        diagnostics::warn("a recording has stopped: its error follows at the end of the run");
+                    }
+                }
+            })?);
+        }
+        Ok(records)
+    }
+
+    fn senders(&self) -> Vec<RecorderSender> {
+        let recorders = self.file.iter().map(|(_, recorder)| recorder);
+        recorders.chain(self.viewer.iter().map(|(_, recorder)| recorder)).map(Recorder::sender).collect()
+    }
+
+    fn manifests(&mut self, manifests: &BTreeMap<String, Manifest>) {
+        use prost::Message as _;
+        for (node, manifest) in manifests {
+            let key = keys::manifest(&self.run, node);
+            let message = manifest.encode_to_vec().into();
+            let Some(exchange) = Exchange::from_parts(keys::topic(&key), bytes::Bytes::new(), message) else {
+                continue;
+            };
+            for sender in self.senders() {
+                // As above: the recorder tells its own error.
+                let _ = sender.push(exchange.clone());
+            }
+        }
+    }
+
+    /// Waits until everything is written.
+    fn finish(mut self) -> Result<Option<Recorded>, RecordingError> {
+        drop(self.subscription.take());
+        if let Some((mut child, recorder)) = self.viewer.take() {
+            if let Err(error) = recorder.finish() {
+                diagnostics::warn(&format!("the viewer's stream ended early: {error}"));
+            }
+            let _ = child.wait();
+        }
+        let Some((path, recorder)) = self.file.take() else { return Ok(None) };
+        let recorded = recorder.finish()?;
+        Ok(Some(Recorded {
+            path: path.display().to_string(),
+            messages: recorded.messages,
+            bytes: recorded.file_bytes,
+            lost: recorded.lost,
+        }))
+    }
+}
+
+fn copy(command: &std::process::Command) -> std::process::Command {
+    let mut copy = std::process::Command::new(command.get_program());
+    copy.args(command.get_args());
+    copy
+}
