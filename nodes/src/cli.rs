@@ -293,7 +293,7 @@ fn run_scene(arguments: RunArguments) -> End {
     }
     let view = match (arguments.view, view::bridge()) {
         (false, _) => None,
-        (true, Some(bridge)) => Some(view::command(&bridge, "-", &[])),
+        (true, Some(bridge)) => Some(bridge),
         (true, None) => return End::Code(FAILED, view::HOW_TO_GET.into()),
     };
     if arguments.in_process {
@@ -455,7 +455,7 @@ fn info(file: &Path, json: bool) -> End {
 fn show(what: &str, arguments: &[String]) -> End {
     let Some(bridge) = view::bridge() else { return End::Code(FAILED, view::HOW_TO_GET.into()) };
     let status = if Path::new(what).is_file() {
-        view::command(&bridge, what, arguments).status().map_err(|error| error.to_string())
+        view::start(&bridge, what, arguments).and_then(|mut child| child.wait()).map_err(|error| error.to_string())
     } else {
         view::live(&bridge, what, arguments).map_err(|error| error.to_string())
     };

@@ -170,10 +170,10 @@ impl<'a> Remote<'a> {
         let mut manifests = BTreeMap::new();
         for node in &self.nodes {
             let answer = self.link.ask(&keys::manifest(&self.run, node), patience)?;
-            let Some(bytes) = answer else {
+            let Some(answer) = answer.first() else {
                 return Err(RunError::Absent { nodes: vec![format!("`{node}`")], patience });
             };
-            let manifest: Manifest = codec::decode("manifest", &bytes)?;
+            let manifest: Manifest = codec::decode("manifest", &answer.payload)?;
             if let Some(difference) = difference(&manifest, &self.run, scene_hash) {
                 return Err(RunError::Foreign { node: node.clone(), difference });
             }
@@ -197,7 +197,8 @@ impl<'a> Remote<'a> {
     }
 
     fn hear_life(&mut self, key: &str, alive: bool) {
-        if let Some((node, _)) = keys::parse_live(key) {
+        let node = keys::parse_live(key).map(|(node, _)| node).filter(|node| self.nodes.contains(*node));
+        if let Some(node) = node {
             if alive {
                 self.alive.insert(node.into());
             } else {

@@ -4,10 +4,15 @@
 
 use std::{
     collections::BTreeMap,
-    sync::mpsc::{Receiver, RecvTimeoutError, Sender},
+    sync::{
+        Arc, Mutex, PoisonError,
+        mpsc::{Receiver, RecvTimeoutError, Sender},
+    },
     time::{Duration, Instant},
 };
 
+use bytes::Bytes;
+use prost::Message as _;
 use stagger_messages::{
     Decision, Directive, Done, Envelope, Failure, Farewell, Field, FieldSummary, Fields, Iterate, Manifest, Plan,
     Ready, Report, SCHEMA_VERSION, Source, Stop, Verdict, Version,
@@ -20,7 +25,9 @@ use crate::{
     link::{Arrival, Declared, Link, LinkError, Outlet},
     mailbox::Mailbox,
 };
-use prost::Message as _;
+
+/// Fields kept until the plan comes; what is left out is sent again with the next one.
+const EARLY_FIELDS: usize = 1000;
 
 /// Who a node is.
 #[derive(Clone, Debug)]
@@ -79,16 +86,17 @@ pub enum Event {
 
 /// A node and everything it knows of its run.
 pub struct Host {
-    link: Link,
     identity: Identity,
     participant: Box<dyn Participant>,
     events: (Sender<Event>, Receiver<Event>),
     outlets: BTreeMap<String, Outlet>,
     report: Outlet,
-    declared: Vec<Declared>,
+    _declared: Vec<Declared>,
     mailbox: Mailbox,
     sources: Vec<Source>,
     epoch: Option<u32>,
+    /// Fields that came before the plan that says whose they are: the nodes hear of it at different moments.
+    early: Vec<Arrival>,
     /// What the node holds at t = 0, and whether the coordinator waits to hear it.
     ready: (Ready, bool),
     pending: Option<(Envelope, Iterate, Instant)>,
@@ -96,6 +104,8 @@ pub struct Host {
     answered: Option<(Envelope, Fields, Done)>,
     /// What readers hold of each field, and the version they know it by.
     sent: BTreeMap<String, (Version, Field)>,
+    /// The same, whole, for whoever comes late and asks.
+    latest: Arc<Mutex<BTreeMap<String, Arrival>>>,
     committed: Version,
     current: Fields,
     sequence: u64,
@@ -107,7 +117,7 @@ impl Host {
     ///
     /// # Errors
     /// The link fails.
-    pub fn new(link: Link, identity: Identity, participant: Box<dyn Participant>) -> Result<Self, LinkError> {
+    pub fn new(link: &Link, identity: Identity, participant: Box<dyn Participant>) -> Result<Self, LinkError> {
         let Identity { run, node, scene_hash } = identity.clone();
         let events = std::sync::mpsc::channel();
         let instance = std::process::id().to_string();
@@ -127,6 +137,13 @@ impl Host {
             ports: Some(ports),
             scene_hash,
         };
+        let manifest = Arrival {
+            key: keys::manifest(&run, &node),
+            attachment: Bytes::new(),
+            payload: manifest.encode_to_vec().into(),
+        };
+        let latest = Arc::new(Mutex::new(BTreeMap::new()));
+        let asked = Arc::clone(&latest);
         let to_host = events.0.clone();
         // A host that has ended needs no more events.
         let directives = link.subscribe(&keys::directive(&run), move |arrival| {
@@ -138,27 +155,36 @@ impl Host {
                 let _ = to_host.send(Event::Abandoned);
             }
         })?;
-        let declared = vec![
-            directives,
-            coordinator,
-            link.answer(&keys::manifest(&run, &node), manifest.encode_to_vec())?,
+        let mut declared = vec![directives, coordinator];
+        for port in &participant.ports().reads {
+            let to_host = events.0.clone();
+            declared.push(link.subscribe(&keys::field(&run, "*", &port.field), move |arrival| {
+                let _ = to_host.send(Event::Field(arrival));
+            })?);
+        }
+        declared.extend([
+            link.answer(&keys::field(&run, &node, "*"), move || {
+                asked.lock().unwrap_or_else(PoisonError::into_inner).values().cloned().collect()
+            })?,
+            link.answer(&keys::manifest(&run, &node), move || vec![manifest.clone()])?,
             link.announce(&keys::live(&run, &node, &instance))?,
-        ];
+        ]);
         Ok(Self {
-            link,
             identity,
             participant,
             events,
             outlets,
             report,
-            declared,
+            _declared: declared,
             mailbox: Mailbox::default(),
             sources: Vec::new(),
             epoch: None,
+            early: Vec::new(),
             ready: (Ready::default(), false),
             pending: None,
             answered: None,
             sent: BTreeMap::new(),
+            latest,
             committed: Version::INITIAL,
             current: Fields::new(),
             sequence: 0,
@@ -212,6 +238,12 @@ impl Host {
     }
 
     fn receive_field(&mut self, arrival: Arrival) {
+        if self.epoch.is_none() {
+            if self.early.len() < EARLY_FIELDS {
+                self.early.push(arrival);
+            }
+            return;
+        }
         match codec::decode_field(&arrival.attachment, arrival.payload) {
             Ok(received) => {
                 if self.accepts(Some(&received.envelope), false) && self.is_source(&received) {
@@ -288,12 +320,8 @@ impl Host {
             let mine = plan.nodes.into_iter().find(|node| node.node == self.identity.node).unwrap_or_default();
             self.sources = mine.sources;
             self.mailbox = Mailbox::default();
-            for source in &self.sources {
-                let to_host = self.events.0.clone();
-                let key = keys::field(&self.identity.run, &source.writer, &source.field);
-                self.declared.push(self.link.subscribe(&key, move |arrival| {
-                    let _ = to_host.send(Event::Field(arrival));
-                })?);
+            for arrival in std::mem::take(&mut self.early) {
+                self.receive_field(arrival);
             }
             self.participant.set_sources(&self.sources);
             let initial = match self.participant.initial() {
@@ -377,10 +405,17 @@ impl Host {
             let known = self.sent.get(name).filter(|(at, sent)| !whole && kept(at) && same(sent, field));
             let known = known.map(|(at, _)| *at);
             let header = Self::stamp(&self.identity, self.epoch, &mut self.sequence, envelope);
-            let payload = if known.is_some() { bytes::Bytes::new() } else { field.values().bytes().clone() };
+            let whole = field.values().bytes().clone();
+            let payload = if known.is_some() { Bytes::new() } else { whole.clone() };
             count += 1;
             bytes += payload.len() as u64;
             outlet.put(Some(codec::field_attachment(&header, field, known)), payload)?;
+            let latest = Arrival {
+                key: keys::field(&self.identity.run, &self.identity.node, name),
+                attachment: codec::field_attachment(&header, field, None).into(),
+                payload: whole,
+            };
+            self.latest.lock().unwrap_or_else(PoisonError::into_inner).insert(name.clone(), latest);
             self.sent.insert(name.clone(), (version, field.clone()));
         }
         Ok((count, bytes))

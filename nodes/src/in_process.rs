@@ -39,7 +39,7 @@ impl Threads {
         let mut threads = BTreeMap::new();
         for (node, participant) in participants {
             let identity = Identity { run: run.into(), node: node.clone(), scene_hash };
-            let host = Host::new(link.clone(), identity, participant)?;
+            let host = Host::new(link, identity, participant)?;
             let sender = host.sender();
             threads.insert(node, (Some(std::thread::spawn(move || host.run())), sender));
         }

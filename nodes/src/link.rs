@@ -177,36 +177,37 @@ impl Link {
         Ok(Declared(Kind::Subscriber(subscriber)))
     }
 
-    /// Answers every query for `key` with `reply`.
+    /// Answers every query for `key` with the messages `reply` gives, each on a key of its own under it.
     ///
     /// # Errors
     /// The key is not valid.
-    pub fn answer(&self, key: &str, reply: Vec<u8>) -> Result<Declared, LinkError> {
-        let own = key.to_owned();
+    pub fn answer(
+        &self,
+        key: &str,
+        reply: impl Fn() -> Vec<Arrival> + Send + Sync + 'static,
+    ) -> Result<Declared, LinkError> {
         let queryable = self
             .session
             .declare_queryable(key.to_owned())
             .callback(move |query| {
-                // A querier that is gone needs no answer.
-                let _ = query.reply(&own, reply.clone()).wait();
+                for Arrival { key, attachment, payload } in reply() {
+                    // A querier that is gone needs no answer.
+                    let _ = query.reply(key, payload).attachment(attachment).wait();
+                }
             })
             .wait()
             .map_err(failed(format!("answer on {key}")))?;
         Ok(Declared(Kind::Queryable(queryable)))
     }
 
-    /// Asks for `key` and returns the first answer, or `None` where none comes in time.
+    /// Asks for `key` and returns all answers that come in time.
     ///
     /// # Errors
     /// The key is not valid.
-    pub fn ask(&self, key: &str, patience: Duration) -> Result<Option<Bytes>, LinkError> {
+    pub fn ask(&self, key: &str, patience: Duration) -> Result<Vec<Arrival>, LinkError> {
         let replies = self.session.get(key).timeout(patience).wait().map_err(failed(format!("query {key}")))?;
-        while let Ok(reply) = replies.recv() {
-            if let Ok(sample) = reply.into_result() {
-                return Ok(Some(contiguous(sample.payload())));
-            }
-        }
-        Ok(None)
+        let answers = std::iter::from_fn(|| replies.recv().ok()).filter_map(|reply| reply.into_result().ok());
+        Ok(answers.map(|sample| arrival(&sample)).collect())
     }
 
     /// Shows `key` as alive until the returned value is dropped or this process ends.

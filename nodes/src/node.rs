@@ -53,7 +53,7 @@ pub fn run(scene: &Scene, options: &Options) -> Result<NodeEnd, NodeError> {
     let participant = participant(scene, &options.name, &options.kind)?;
     let link = Link::open(&Role::Node { connect: options.connect.clone() }, options.config.as_deref())?;
     let identity = Identity { run: options.run.clone(), node: options.name.clone(), scene_hash: scene.hash };
-    let host = Host::new(link.clone(), identity, participant)?;
+    let host = Host::new(&link, identity, participant)?;
     // The terminal sends Ctrl-C to parent and child alike; the parent decides what follows from it.
     if options.child
         && let Err(error) = ctrlc::set_handler(|| {})

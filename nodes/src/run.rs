@@ -3,7 +3,10 @@
 use std::{
     collections::{BTreeMap, BTreeSet},
     path::{Path, PathBuf},
-    sync::{Arc, atomic::AtomicBool},
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
     time::{Duration, SystemTime, UNIX_EPOCH},
 };
 
@@ -19,10 +22,11 @@ use crate::{
     diagnostics,
     in_process::Threads,
     launcher::{Common, Launcher},
-    link::{Declared, Link, LinkError, Role},
+    link::{Arrival, Declared, Link, LinkError, Role},
     monitor::Monitor,
     roster::{RosterError, Runs, participant, roster},
     summary::{self, FinalField, Recorded, Summary},
+    view,
 };
 
 /// How long nodes have to announce themselves.
@@ -43,8 +47,8 @@ pub struct Options {
     pub threads: Option<usize>,
     /// Nodes replaced by commands.
     pub commands: BTreeMap<String, Vec<String>>,
-    /// A second recording, streamed to a viewer.
-    pub view: Option<std::process::Command>,
+    /// The bridge to show the run in while it goes on.
+    pub view: Option<PathBuf>,
     /// Endpoint to listen on, for nodes started by hand; `None` starts them all here.
     pub listen: Option<String>,
     /// Zenoh configuration file.
@@ -76,6 +80,10 @@ pub enum Failed {
     },
 }
 
+fn io(what: impl Into<String>) -> impl FnOnce(std::io::Error) -> Failed {
+    move |source| Failed::Io { what: what.into(), source }
+}
+
 /// Runs a scene. `interrupted` ends it after the current step.
 ///
 /// # Errors
@@ -88,6 +96,12 @@ pub fn run(scene: &Scene, options: Options, interrupted: &Arc<AtomicBool>) -> Re
     let link = Link::open(&Role::Hub { listen: endpoint.name.clone() }, options.config.as_deref())?;
     let info = run_info(&run, scene, &options);
     let mut records = Records::start(&link, &info, scene, &options)?;
+    let asked = Arrival {
+        key: keys::manifest(&run, "coordinator"),
+        attachment: bytes::Bytes::new(),
+        payload: serde_json::to_vec(&info).map_err(std::io::Error::from).map_err(io("cannot describe the run"))?.into(),
+    };
+    let _about = link.answer(&asked.key.clone(), move || vec![asked.clone()])?;
     let names: BTreeSet<String> = nodes.keys().cloned().collect();
     let common = Common {
         run: run.clone(),
@@ -111,7 +125,7 @@ pub fn run(scene: &Scene, options: Options, interrupted: &Arc<AtomicBool>) -> Re
         Box::new(ByHand(Arc::clone(interrupted)))
     } else {
         let launcher = Launcher::start(&nodes, &common, Arc::clone(interrupted));
-        Box::new(launcher.map_err(|source| Failed::Io { what: "cannot start the nodes".into(), source })?)
+        Box::new(launcher.map_err(io("cannot start the nodes"))?)
     };
     let patience = if options.listen.is_some() { Duration::from_secs(600) } else { PATIENCE };
     let mut monitor = Monitor::new(scene.duration_s, Arc::clone(interrupted));
@@ -176,7 +190,7 @@ impl Keeper for ByHand {
     }
 
     fn interrupted(&self) -> bool {
-        self.0.load(std::sync::atomic::Ordering::Relaxed)
+        self.0.load(Ordering::Relaxed)
     }
 
     fn ended_early(&mut self) -> Option<String> {
@@ -218,8 +232,9 @@ fn run_info(run: &str, scene: &Scene, options: &Options) -> RunInfo {
 }
 
 /// The hub's endpoint: a socket in a folder of its own, which goes with the run.
-struct Endpoint {
-    name: String,
+pub struct Endpoint {
+    /// Its name, as Zenoh and `--connect` take it.
+    pub name: String,
     folder: Option<PathBuf>,
 }
 
@@ -230,13 +245,16 @@ pub fn socket_folder(run: &str) -> PathBuf {
 }
 
 impl Endpoint {
-    fn new(run: &str, listen: Option<&str>) -> Result<Self, Failed> {
+    /// The endpoint given, or a socket made for this run.
+    ///
+    /// # Errors
+    /// The socket's folder cannot be made.
+    pub fn new(run: &str, listen: Option<&str>) -> Result<Self, Failed> {
         if let Some(name) = listen {
             return Ok(Self { name: name.into(), folder: None });
         }
         let folder = socket_folder(run);
-        let made = private_folder(&folder);
-        made.map_err(|source| Failed::Io { what: format!("cannot make {}", folder.display()), source })?;
+        private_folder(&folder).map_err(io(format!("cannot make {}", folder.display())))?;
         Ok(Self { name: socket(&folder), folder: Some(folder) })
     }
 }
@@ -281,31 +299,28 @@ impl Records {
         };
         let mut records = Self { file: None, viewer: None, subscription: None, run: info.run.clone() };
         if let Some(path) = &options.record {
-            let io = |source| Failed::Io { what: format!("cannot write the recording {}", path.display()), source };
+            let what = format!("cannot write the recording {}", path.display());
             if let Some(folder) = path.parent() {
-                std::fs::create_dir_all(folder).map_err(io)?;
+                std::fs::create_dir_all(folder).map_err(io(what.clone()))?;
             }
-            let file = std::fs::File::create(path).map_err(io)?;
+            let file = std::fs::File::create(path).map_err(io(what))?;
             records.file = Some((path.clone(), Recorder::create(file, info, recorder_options)?));
         }
-        if let Some(command) = &options.view {
-            let mut child = copy(command)
-                .stdin(std::process::Stdio::piped())
-                .spawn()
-                .map_err(|source| Failed::Io { what: "cannot start the viewer".into(), source })?;
+        if let Some(bridge) = &options.view {
+            let mut child = view::start(bridge, "-", &[]).map_err(io("cannot start the viewer"))?;
             if let Some(pipe) = child.stdin.take() {
                 records.viewer = Some((child, Recorder::create(pipe, info, RecorderOptions::default())?));
             }
         }
         let senders: Vec<RecorderSender> = records.senders();
         if !senders.is_empty() {
-            let closed = std::sync::atomic::AtomicBool::new(false);
+            let closed = AtomicBool::new(false);
             records.subscription = Some(link.subscribe(&keys::all(&info.run), move |arrival| {
                 let topic = keys::topic(&arrival.key);
                 let Some(exchange) = Exchange::from_parts(topic, arrival.attachment, arrival.payload) else { return };
                 for sender in &senders {
                     // The recorder tells its error when it finishes; one line here says that the run goes on without.
-                    if sender.push(exchange.clone()).is_err() && !closed.swap(true, std::sync::atomic::Ordering::Relaxed) {
+                    if sender.push(exchange.clone()).is_err() && !closed.swap(true, Ordering::Relaxed) {
                         diagnostics::warn("a recording has stopped: its error follows at the end of the run");
                     }
                 }
@@ -352,10 +367,4 @@ impl Records {
             lost: recorded.lost,
         }))
     }
-}
-
-fn copy(command: &std::process::Command) -> std::process::Command {
-    let mut copy = std::process::Command::new(command.get_program());
-    copy.args(command.get_args());
-    copy
 }

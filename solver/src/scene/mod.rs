@@ -1,1 +1,267 @@
-//! TODO
+//! A scene: one TOML text from which everything a run depends on is read, checked, and shown.
+//!
+//! A bare number is in SI units; a text carries its unit. [`Scene::parse`] reports every mistake at once, each with
+//! file, line, key, what was expected and what was found. The keys are data ([`Scene::reference`]), from which
+//! `docs/scene.md` and `docs/scene.schema.json` are made.
+
+mod contact;
+mod coupling;
+mod key;
+mod materials;
+mod nodes;
+mod optics;
+mod particles;
+mod problems;
+mod reader;
+mod thermal;
+mod tree;
+pub mod units;
+mod walls;
+
+use std::collections::BTreeMap;
+
+pub use key::{Fallback, Key, Kind, Range, Section};
+use problems::{Mistake, Place};
+pub use problems::{Problem, Problems};
+use reader::{Log, Table};
+use tree::{Entry, Item, Node};
+
+use crate::{
+    coupling::Settings as CouplingSettings,
+    physics::{
+        Wall, optics::Settings as OpticsSettings, particles::Settings as ParticlesSettings,
+        thermal::Settings as ThermalSettings,
+    },
+};
+
+/// Everything a run depends on. SI units.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// Title; the file's name where the scene gives none.
+    pub title: String,
+    /// Simulated time, in s.
+    pub duration_s: f64,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Walls, in the order of the scene.
+    pub walls: Vec<Wall>,
+    /// The particles, where the scene names them.
+    pub particles: Option<ParticlesSettings>,
+    /// Their temperature, where the scene names it.
+    pub thermal: Option<ThermalSettings>,
+    /// The laser, where the scene names it.
+    pub optics: Option<OpticsSettings>,
+    /// Nodes that are not simply a built-in physics, by name.
+    pub nodes: BTreeMap<String, NodeSettings>,
+    /// How the physics are coupled.
+    pub coupling: CouplingSettings,
+    /// What is recorded.
+    pub record: RecordSettings,
+    /// Hash of the text and the overrides: what names the scene in a manifest and a recording.
+    pub hash: u64,
+    /// The text, without the overrides.
+    pub text: String,
+    /// The overrides `--set key=value`, in their order.
+    pub overrides: Vec<(String, String)>,
+    /// Every value in effect, given or default, section by section.
+    pub effective: Vec<Value>,
+}
+
+/// A node of the user's own, or a built-in physics under another name; exactly one of the two is there.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NodeSettings {
+    /// The built-in physics it runs: `particles`, `thermal` or `optics`.
+    pub physics: Option<String>,
+    /// The program that runs instead, and its arguments.
+    pub command: Option<Vec<String>>,
+}
+
+/// What is recorded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RecordSettings {
+    /// Which states.
+    pub level: Level,
+    /// Steps from one recorded step to the next; at least 1.
+    pub every: u64,
+}
+
+/// Which states are recorded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Level {
+    /// Every exchange of every iteration.
+    All,
+    /// Accepted states only.
+    Accepted,
+}
+
+/// A value in effect.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Value {
+    /// Its key: `particles.radius.mean`.
+    pub path: String,
+    /// The value with its unit.
+    pub value: String,
+    /// Whether it is a default.
+    pub is_default: bool,
+    /// What it does.
+    pub doc: &'static str,
+}
+
+static TITLE: Key = Key::new("title", Kind::Text, "What the run shows.").or_from("the file's name");
+static DURATION: Key = Key::new("duration", Kind::Number(&units::TIME, Range::POSITIVE), "Simulated time.");
+static SEED: Key = Key::new("seed", Kind::Whole(0, i64::MAX as u64), "Seed of everything random.").or("1");
+static MATERIALS: Key =
+    Key::new("materials", Kind::Named(&materials::SECTION), "Materials beside the built-in ones.").or_from("none");
+static PARTICLES: Key = Key::new("particles", Kind::Table(&particles::SECTION), "The particles.").or_from("none run");
+static WALLS: Key = Key::new("walls", Kind::Named(&walls::SECTION), "Walls.").or_from("none");
+static THERMAL: Key = Key::new("thermal", Kind::Table(&thermal::SECTION), "Their temperature.").or_from("does not run");
+static OPTICS: Key = Key::new("optics", Kind::Table(&optics::SECTION), "A laser.").or_from("does not run");
+static NODES: Key = Key::new("nodes", Kind::Named(&nodes::SECTION), "Nodes of your own.").or_from("none");
+static COUPLING: Key = Key::new("coupling", Kind::Table(&coupling::SECTION), "How the physics are coupled.");
+static RECORD: Key = Key::new("record", Kind::Table(&nodes::RECORD), "The recording.").or_from("everything");
+
+static ROOT: Section = Section {
+    path: "",
+    doc: "What is simulated, and for how long. A physics whose table is there runs; one that is not costs nothing.",
+    example: "",
+    shorthand: None,
+    keys: &[&TITLE, &DURATION, &SEED, &MATERIALS, &PARTICLES, &WALLS, &THERMAL, &OPTICS, &NODES, &COUPLING, &RECORD],
+};
+
+/// Fields with a tolerance that the built-in physics write.
+const MEASURED: [(&str, &str); 3] =
+    [("particles", "positions"), ("thermal", "temperature"), ("optics", "absorbed_power")];
+
+impl Scene {
+    /// Reads a scene; `file` names it in messages, `overrides` are `--set key.path=value` in their order.
+    ///
+    /// A value of an override is TOML, or a text where it is not.
+    ///
+    /// # Errors
+    /// Every mistake in the scene and the overrides.
+    pub fn parse(text: &str, file: &str, overrides: &[(String, String)]) -> Result<Self, Problems> {
+        let fail = |mistakes| Problems::new(file, overrides, mistakes);
+        let mut entries = tree::parse(text).map_err(fail)?;
+        let log = Log::default();
+        log.mistakes.borrow_mut().extend(apply(&mut entries, overrides));
+        let root = Table::root(&log, &ROOT, &entries);
+        let scene = Self::read(&root, file);
+        root.finish();
+        let mistakes = log.mistakes.take();
+        match scene {
+            Some(scene) if mistakes.is_empty() => {
+                let mut effective = log.values.take();
+                let first = |value: &Value| value.path.split('.').next().map(str::to_owned);
+                effective
+                    .sort_by_key(|value| ROOT.keys.iter().position(|key| Some(key.name) == first(value).as_deref()));
+                let (text, overrides) = (text.to_owned(), overrides.to_vec());
+                Ok(Self { hash: hash(&text, &overrides), text, overrides, effective, ..scene })
+            }
+            _ => Err(fail(mistakes)),
+        }
+    }
+
+    /// Every section and key a scene may have, from the top down.
+    #[must_use]
+    pub fn reference() -> &'static Section {
+        &ROOT
+    }
+
+    /// `None` only where a mistake was reported.
+    fn read(root: &Table<'_>, file: &str) -> Option<Self> {
+        let title = root.optional_text(&TITLE).unwrap_or_else(|| file.rsplit('/').next().unwrap_or(file).into());
+        let (duration_s, seed) = (root.number(&DURATION), root.whole(&SEED));
+        let materials = materials::read(root, &MATERIALS);
+        let particles = root.optional_table(&PARTICLES);
+        let walls = walls::read(root, &WALLS);
+        let thermal = root.optional_table(&THERMAL);
+        let optics = root.optional_table(&OPTICS);
+        let built_in: Vec<&str> =
+            [("particles", particles.is_some()), ("thermal", thermal.is_some()), ("optics", optics.is_some())]
+                .into_iter()
+                .filter_map(|(name, runs)| runs.then_some(name))
+                .collect();
+        let nodes = nodes::read(root, &NODES, |physics| built_in.contains(&physics));
+        // A program under the name of a built-in physics writes what that one would.
+        let runs = |name: &str| built_in.contains(&name) || nodes.get(name).is_some_and(|node| node.command.is_some());
+
+        let bodies = particles::Bodies::read(particles, &materials);
+        let thermal = thermal.map(|table| thermal::read(table, &bodies, &walls, runs("optics")));
+        let optics = optics.and_then(|table| optics::read(table, &bodies));
+        let particles = bodies.settings(&walls, seed, runs("thermal"));
+
+        let renamed = |name: &&str| nodes.values().any(|node| node.physics.as_deref() == Some(*name));
+        let mut names: Vec<&str> = built_in.iter().copied().filter(|name| !renamed(name)).collect();
+        names.extend(nodes.keys().map(String::as_str).filter(|name| !built_in.contains(name)));
+        let measured: Vec<&str> =
+            MEASURED.into_iter().filter_map(|(physics, field)| built_in.contains(&physics).then_some(field)).collect();
+        let own = nodes.values().any(|node| node.command.is_some());
+        let names = coupling::Names { nodes: &names, fields: (!own).then_some(measured.as_slice()) };
+        let coupling = root.optional_table(&COUPLING).and_then(|table| coupling::read(table, &names));
+        let record = root.table(&RECORD).map(|table| {
+            let record = nodes::record(&table);
+            table.finish();
+            record
+        });
+        Some(Self {
+            title,
+            duration_s,
+            seed,
+            walls,
+            particles,
+            thermal,
+            optics,
+            nodes,
+            coupling: coupling?,
+            record: record?,
+            hash: 0,
+            text: String::new(),
+            overrides: Vec::new(),
+            effective: Vec::new(),
+        })
+    }
+}
+
+/// Puts the overrides into the tree; returns those that do not fit.
+fn apply(entries: &mut Vec<Entry>, overrides: &[(String, String)]) -> Vec<Mistake> {
+    let mut mistakes = Vec::new();
+    for (index, (key, value)) in overrides.iter().enumerate() {
+        let place = Place::Set(index);
+        let mut mistake = |message: String, hint: Option<String>| {
+            mistakes.push(Mistake { place, key: key.clone(), message, hint });
+        };
+        let path: Vec<&str> = key.split('.').map(str::trim).collect();
+        if path.iter().any(|name| stagger_messages::keys::check_name(name).is_err()) {
+            mistake("expected a key such as particles.radius.mean".into(), None);
+            continue;
+        }
+        let text = || Node { place, item: Item::Text(value.clone()) };
+        let node = tree::parse_value(value.trim(), place).unwrap_or_else(text);
+        if let Err(part) = tree::set(entries, &path, node) {
+            let hint = format!("set {part} as a whole, to a table such as {}", example_of(&part));
+            mistake(format!("{part} is a plain value in the scene, which has no keys"), Some(hint));
+        }
+    }
+    mistakes
+}
+
+/// An example of the table at a path, for a hint.
+fn example_of(path: &str) -> &'static str {
+    let section = ROOT.tree().into_iter().find(|section| section.path == path && !section.example.is_empty());
+    section.map_or("{ key = value }", |section| section.example)
+}
+
+/// Hash of the text and the overrides; a separator that no text holds keeps them apart.
+fn hash(text: &str, overrides: &[(String, String)]) -> u64 {
+    let mut bytes = text.as_bytes().to_vec();
+    for (key, value) in overrides {
+        for part in [key, value] {
+            bytes.push(0xff);
+            bytes.extend_from_slice(part.as_bytes());
+        }
+    }
+    stagger_messages::codec::hash(&bytes)
+}
+
+#[cfg(test)]
+mod tests;

@@ -33,7 +33,8 @@ pub struct Settings {
     pub spin: bool,
     /// Time integration inside a window.
     pub integrator: Integrator,
-    /// Skin of the Verlet list as a share of the largest radius.
+    /// Skin of the Verlet list as a share of each particle's radius: a pair is listed while its gap is below this share
+    /// of the pair's mean radius. Zero builds the list anew at every substep.
     pub skin: f64,
 }
 

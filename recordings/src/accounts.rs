@@ -1,0 +1,82 @@
+use std::collections::BTreeMap;
+
+use stagger_messages::{Decision, Directive, Done, Report, Verdict, Version, directive, report};
+
+use stagger_solver::coupling::Ledger;
+
+/// Puts the decisions of a run together with the nodes' reports they are about.
+#[derive(Clone, Debug, Default)]
+pub struct Accounts {
+    done: BTreeMap<String, (Version, Done)>,
+    decided: Version,
+    accepted: Option<Version>,
+    iterations: u64,
+    ledger: Ledger,
+}
+
+/// One decision, with what it was made from.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// The decision.
+    pub decision: Decision,
+    /// The version decided about.
+    pub version: Version,
+    /// Counts the iterations of the whole run, rejected ones too, from 1.
+    pub iteration: u64,
+    /// Reports of that version, by node.
+    pub reports: BTreeMap<String, Done>,
+}
+
+impl Accounts {
+    /// Takes a node's report.
+    pub fn report(&mut self, message: &Report) {
+        let Some(envelope) = &message.envelope else { return };
+        let (node, version) = (envelope.sender.as_str(), envelope.version.unwrap_or_default());
+        match &message.body {
+            Some(report::Body::Ready(ready)) => self.ledger.start(node, &ready.ledger),
+            Some(report::Body::Done(done)) => {
+                let known = self.done.get(node).is_some_and(|(last, _)| *last == version);
+                // A physics that only reads is solved after the step is accepted.
+                if self.accepted == Some(version) && !known {
+                    self.ledger.book(node, &done.ledger);
+                }
+                self.done.insert(node.into(), (version, done.clone()));
+            }
+            Some(report::Body::Failure(_) | report::Body::Farewell(_)) | None => {}
+        }
+    }
+
+    /// Takes a directive; returns its decision where it is a new one, not a repetition.
+    pub fn directive(&mut self, message: &Directive) -> Option<Outcome> {
+        let decision = message.decision.as_ref().filter(|decision| decision.verdict() != Verdict::None)?;
+        let version = decision.version.filter(|version| *version > self.decided)?;
+        self.decided = version;
+        self.iterations += 1;
+        let about = self.done.iter().filter(|(_, (reported, _))| *reported == version);
+        let reports: BTreeMap<_, _> = about.map(|(node, (_, done))| (node.clone(), done.clone())).collect();
+        if decision.verdict() == Verdict::Accept {
+            self.accepted = Some(version);
+            for (node, done) in &reports {
+                self.ledger.book(node, &done.ledger);
+            }
+        }
+        Some(Outcome { decision: decision.clone(), version, iteration: self.iterations, reports })
+    }
+
+    /// The energy balance up to the last accepted step.
+    #[must_use]
+    pub fn ledger(&self) -> &Ledger {
+        &self.ledger
+    }
+
+    /// How many iterations were decided about.
+    #[must_use]
+    pub fn iterations(&self) -> u64 {
+        self.iterations
+    }
+}
+
+/// Whether the directive asks for a trial.
+pub(crate) fn asks(message: &Directive) -> bool {
+    matches!(message.task, Some(directive::Task::Iterate(_)))
+}

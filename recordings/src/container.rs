@@ -1,0 +1,263 @@
+//! The MCAP container: the only file that knows the `mcap` crate.
+//!
+//! Written without seeking, in chunks that are put to the file whole: whatever is cut off behind a flush, the rest reads
+//! back. Uncompressed, because full-precision positions hardly shrink and the disk is not slower for it.
+
+use std::{
+    collections::BTreeMap,
+    io::{Read, Seek, SeekFrom, Write},
+    sync::Arc,
+};
+
+use mcap::{
+    Attachment, MAGIC, McapError, WriteOptions, Writer,
+    records::{MessageHeader, Metadata, Record, op},
+    sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions},
+    write::NoSeek,
+};
+
+use crate::RecordingError;
+
+/// Size from which a chunk is closed: small messages cost least in chunks of a few MiB.
+const CHUNK_BYTES: u64 = 4 << 20;
+/// No record of ours comes near this; a longer one is damage, and is not allocated for.
+const RECORD_LIMIT_BYTES: usize = i32::MAX as usize;
+/// Bytes asked of the input at once, so that a damaged length cannot make the reader allocate more than there is.
+const READ_BYTES: usize = 1 << 20;
+/// The encoding of schemas and messages.
+const PROTOBUF: &str = "protobuf";
+
+/// Writes messages of protobuf schemas into an MCAP stream.
+pub(crate) struct ContainerWriter<W: Write> {
+    writer: Writer<NoSeek<W>>,
+    channels: BTreeMap<String, (u16, u32)>,
+}
+
+impl<W: Write> ContainerWriter<W> {
+    pub(crate) fn new(output: W) -> Result<Self, RecordingError> {
+        let options = WriteOptions::new()
+            .compression(None)
+            .chunk_size(Some(CHUNK_BYTES))
+            .disable_seeking(true)
+            // Every chunk has a checksum of its own.
+            .calculate_data_section_crc(false);
+        let writer = options.create(NoSeek::new(output)).map_err(write_error)?;
+        Ok(Self { writer, channels: BTreeMap::new() })
+    }
+
+    pub(crate) fn metadata(&mut self, name: &str, map: BTreeMap<String, String>) -> Result<(), RecordingError> {
+        self.writer.write_metadata(&Metadata { name: name.into(), metadata: map }).map_err(write_error)
+    }
+
+    pub(crate) fn attachment(&mut self, name: &str, text: &str, created_ns: u64) -> Result<(), RecordingError> {
+        let attachment = Attachment {
+            log_time: 0,
+            create_time: created_ns,
+            name: name.into(),
+            media_type: "application/toml".into(),
+            data: text.as_bytes().into(),
+        };
+        self.writer.attach(&attachment).map_err(write_error)
+    }
+
+    /// Writes one message; `schema` is the full name of its protobuf type in `descriptors`.
+    pub(crate) fn message(
+        &mut self,
+        topic: &str,
+        schema: &str,
+        log_time: u64,
+        publish_time: u64,
+        data: &[u8],
+    ) -> Result<(), RecordingError> {
+        let (channel_id, sequence) = match self.channels.get_mut(topic) {
+            Some((id, sequence)) => {
+                *sequence = sequence.wrapping_add(1);
+                (*id, *sequence)
+            }
+            None => {
+                let descriptors = stagger_messages::DESCRIPTORS;
+                let schema = self.writer.add_schema(schema, PROTOBUF, descriptors).map_err(write_error)?;
+                let id = self.writer.add_channel(schema, topic, PROTOBUF, &BTreeMap::new()).map_err(write_error)?;
+                self.channels.insert(topic.into(), (id, 0));
+                (id, 0)
+            }
+        };
+        let header = MessageHeader { channel_id, sequence, log_time, publish_time };
+        self.writer.write_to_known_channel(&header, data).map_err(write_error)
+    }
+
+    /// Closes the chunk and hands everything to the operating system.
+    pub(crate) fn flush(&mut self) -> Result<(), RecordingError> {
+        self.writer.flush().map_err(write_error)
+    }
+
+    /// Writes the index and the end mark.
+    pub(crate) fn finish(mut self) -> Result<(), RecordingError> {
+        self.writer.finish().map_err(write_error)?;
+        self.writer.into_inner().flush().map_err(|error| RecordingError::Write(error.to_string()))
+    }
+}
+
+fn write_error(error: McapError) -> RecordingError {
+    match error {
+        McapError::Io(source) => RecordingError::Write(source.to_string()),
+        other => RecordingError::Write(other.to_string()),
+    }
+}
+
+/// One thing read from a container.
+pub(crate) enum Event {
+    Metadata { name: String, map: BTreeMap<String, String> },
+    Attachment { name: String, data: Vec<u8> },
+    Message { topic: Arc<str>, schema: Arc<str>, log_time_ns: u64, publish_time_ns: u64, data: Vec<u8> },
+}
+
+/// Reads a container from its start, whole or cut off; memory is bounded by its largest record.
+pub(crate) struct ContainerReader<R> {
+    input: R,
+    reader: LinearReader,
+    schemas: BTreeMap<u16, Arc<str>>,
+    channels: BTreeMap<u16, (Arc<str>, Arc<str>)>,
+    ended: bool,
+    complete: bool,
+}
+
+impl<R: Read> ContainerReader<R> {
+    pub(crate) fn new(input: R) -> Self {
+        let options =
+            LinearReaderOptions::default().with_validate_chunk_crcs(true).with_record_length_limit(RECORD_LIMIT_BYTES);
+        Self {
+            input,
+            reader: LinearReader::new_with_options(options),
+            schemas: BTreeMap::new(),
+            channels: BTreeMap::new(),
+            ended: false,
+            complete: false,
+        }
+    }
+
+    /// Whether the end mark was read.
+    pub(crate) fn complete(&self) -> bool {
+        self.complete
+    }
+
+    fn advance(&mut self) -> Result<Option<Event>, RecordingError> {
+        let Some(event) = self.reader.next_event() else {
+            (self.ended, self.complete) = (true, true);
+            return Ok(None);
+        };
+        match event {
+            Ok(LinearReadEvent::ReadRequest(need)) => {
+                let wanted = need.clamp(1 << 16, READ_BYTES);
+                let buffer = self.reader.insert(wanted);
+                let read = loop {
+                    match self.input.read(buffer) {
+                        Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
+                        result => break result.map_err(RecordingError::Read)?,
+                    }
+                };
+                self.reader.notify_read(read);
+            }
+            Ok(LinearReadEvent::Record { opcode, data }) => {
+                // The summary repeats what the data section said; only the latter is read, and the index skipped.
+                let wanted = [op::SCHEMA, op::CHANNEL, op::MESSAGE, op::METADATA, op::ATTACHMENT];
+                if opcode == op::FOOTER {
+                    (self.ended, self.complete) = (true, true);
+                } else if wanted.contains(&opcode) {
+                    if opcode == op::ATTACHMENT && !attachment_fits(data) {
+                        return Err(RecordingError::Damaged("an attachment is shorter than it says".into()));
+                    }
+                    let record = mcap::parse_record(opcode, data).map_err(damaged)?;
+                    return Ok(Self::event(&mut self.schemas, &mut self.channels, record));
+                }
+            }
+            Err(McapError::UnexpectedEof) => self.ended = true,
+            Err(McapError::BadMagic) => return Err(RecordingError::NotMcap),
+            Err(error) => return Err(damaged(error)),
+        }
+        Ok(None)
+    }
+
+    fn event(
+        schemas: &mut BTreeMap<u16, Arc<str>>,
+        channels: &mut BTreeMap<u16, (Arc<str>, Arc<str>)>,
+        record: Record<'_>,
+    ) -> Option<Event> {
+        match record {
+            Record::Schema { header, .. } => {
+                schemas.insert(header.id, header.name.into());
+                None
+            }
+            Record::Channel(channel) => {
+                let schema = schemas.get(&channel.schema_id).cloned().unwrap_or_else(|| "".into());
+                channels.insert(channel.id, (channel.topic.into(), schema));
+                None
+            }
+            Record::Metadata(metadata) => Some(Event::Metadata { name: metadata.name, map: metadata.metadata }),
+            Record::Attachment { header, data, .. } => {
+                Some(Event::Attachment { name: header.name, data: data.into_owned() })
+            }
+            Record::Message { header, data } => {
+                let (topic, schema) = channels.get(&header.channel_id)?.clone();
+                Some(Event::Message {
+                    topic,
+                    schema,
+                    log_time_ns: header.log_time,
+                    publish_time_ns: header.publish_time,
+                    data: data.into_owned(),
+                })
+            }
+            _ => None,
+        }
+    }
+}
+
+impl<R: Read> Iterator for ContainerReader<R> {
+    type Item = Result<Event, RecordingError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        while !self.ended {
+            match self.advance() {
+                Ok(None) => {}
+                Ok(Some(event)) => return Some(Ok(event)),
+                Err(error) => {
+                    self.ended = true;
+                    return Some(Err(error));
+                }
+            }
+        }
+        None
+    }
+}
+
+/// Whether the lengths inside an attachment record stay within it: the crate's parser trusts them.
+fn attachment_fits(data: &[u8]) -> bool {
+    let word = |at: usize| Some(u32::from_le_bytes(data.get(at..at.checked_add(4)?)?.try_into().ok()?) as usize);
+    // Two times of 8 bytes, then name and media type with their lengths, then length (8), data, checksum (4).
+    let end = word(16).and_then(|name| Some(20 + name + 4 + word(20 + name)? + 8 + 4));
+    end.is_some_and(|end| end <= data.len())
+}
+
+fn damaged(error: McapError) -> RecordingError {
+    match error {
+        McapError::UnsupportedCompression(name) => RecordingError::Damaged(format!(
+            "its chunks are compressed with {name}; unpack it with `mcap compress --compression none`"
+        )),
+        other => RecordingError::Damaged(other.to_string()),
+    }
+}
+
+/// Whether a file ends as a finished container does: a footer and the signature.
+pub(crate) fn ends_complete(file: &mut (impl Read + Seek)) -> std::io::Result<bool> {
+    // Opcode, length, summary start, summary offset start, checksum, signature (MCAP specification, "Footer").
+    const FOOTER_BYTES: usize = 20;
+    let mut tail = [0u8; 1 + 8 + FOOTER_BYTES + 8];
+    let length = file.seek(SeekFrom::End(0))?;
+    if length < (tail.len() + MAGIC.len()) as u64 {
+        return Ok(false);
+    }
+    file.seek(SeekFrom::End(-(tail.len() as i64)))?;
+    file.read_exact(&mut tail)?;
+    let footer = tail[0] == op::FOOTER && tail[1..9] == (FOOTER_BYTES as u64).to_le_bytes();
+    Ok(footer && tail.ends_with(MAGIC))
+}

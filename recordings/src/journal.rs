@@ -1,0 +1,190 @@
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    io::{BufWriter, Write},
+};
+
+use bytes::Bytes;
+use stagger_messages::{Directive, Envelope, FieldMessage, MessageError, Report, Version, codec, report};
+
+use crate::{
+    ControlKind, Exchange, Level, Recorded, RecorderOptions, RecordingError, RunInfo,
+    container::ContainerWriter,
+    recording::{END, RUN, SCENE},
+    thinning::{Piece, Thinning},
+};
+
+/// Small records between chunks are gathered up to this before they go to the system.
+const BUFFER_BYTES: usize = 1 << 18;
+
+/// Puts messages in the order and form in which they are recorded: each once, in simulated time, thinned as asked for.
+pub(crate) struct Journal<W: Write> {
+    container: ContainerWriter<BufWriter<W>>,
+    thinning: Option<Thinning>,
+    senders: BTreeMap<(String, u32), Numbering>,
+    seen: BTreeSet<(Version, u32, String)>,
+    log_ns: u64,
+    recorded: Recorded,
+}
+
+/// What came of one sender's numbered messages.
+#[derive(Default)]
+struct Numbering {
+    received: u64,
+    highest: u64,
+}
+
+impl<W: Write> Journal<W> {
+    pub(crate) fn create(output: W, info: &RunInfo, options: RecorderOptions) -> Result<Self, RecordingError> {
+        let mut container = ContainerWriter::new(BufWriter::with_capacity(BUFFER_BYTES, output))?;
+        container.metadata(RUN, info.to_metadata())?;
+        container.attachment(SCENE, &info.scene_text, info.started_unix_ns)?;
+        container.flush()?;
+        let thin = options.level == Level::Accepted || options.every > 1;
+        Ok(Self {
+            container,
+            thinning: thin.then(|| Thinning::new(options.every)),
+            senders: BTreeMap::new(),
+            seen: BTreeSet::new(),
+            log_ns: 0,
+            recorded: Recorded::default(),
+        })
+    }
+
+    pub(crate) fn take(&mut self, exchange: Exchange, publish_ns: u64) -> Result<(), RecordingError> {
+        match exchange {
+            Exchange::Field { topic, attachment, payload } => self.field(topic, &attachment, payload, publish_ns),
+            Exchange::Control { topic, message, kind } => self.control(topic, &message, kind, publish_ns),
+        }
+    }
+
+    fn field(
+        &mut self,
+        topic: String,
+        attachment: &[u8],
+        payload: Bytes,
+        publish_ns: u64,
+    ) -> Result<(), RecordingError> {
+        let Some(header) = self.decoded(codec::decode::<FieldMessage>("field", attachment)) else { return Ok(()) };
+        let Some((envelope, version)) = header.envelope.as_ref().and_then(|it| Some((it.clone(), it.version?))) else {
+            self.recorded.malformed += 1;
+            return Ok(());
+        };
+        self.count(&envelope);
+        if !self.first(&envelope, version, &topic) {
+            return Ok(());
+        }
+        let Some(thinning) = &mut self.thinning else {
+            let kind = header.port.as_ref().map(|port| port.kind()).unwrap_or_default();
+            self.recorded.field_bytes += payload.len() as u64;
+            let record = codec::field_record(attachment, kind, &payload);
+            return self.write(&topic, "FieldMessage", envelope.t_s, publish_ns, &record);
+        };
+        let piece = Piece { topic, epoch: envelope.epoch, version, header, payload, publish_ns };
+        match thinning.field(piece) {
+            Some(piece) => self.piece(&piece),
+            None => Ok(()),
+        }
+    }
+
+    fn control(
+        &mut self,
+        topic: String,
+        message: &[u8],
+        kind: ControlKind,
+        publish_ns: u64,
+    ) -> Result<(), RecordingError> {
+        let (schema, envelope) = match kind {
+            ControlKind::Manifest => ("Manifest", None),
+            ControlKind::Report => {
+                let Some(report) = self.decoded(codec::decode::<Report>("report", message)) else { return Ok(()) };
+                // A failure is news even where a reply to the same trial came before.
+                let repeatable = !matches!(report.body, Some(report::Body::Failure(_)));
+                let envelope = report.envelope.unwrap_or_default();
+                self.count(&envelope);
+                let version = envelope.version.unwrap_or_default();
+                let ready = matches!(report.body, Some(report::Body::Ready(_)));
+                let subject = if ready { format!("{topic} ready") } else { topic.clone() };
+                if repeatable && !self.first(&envelope, version, &subject) {
+                    return Ok(());
+                }
+                ("Report", Some(envelope))
+            }
+            ControlKind::Directive => {
+                let decoded = self.decoded(codec::decode::<Directive>("directive", message));
+                let Some(directive) = decoded else { return Ok(()) };
+                if let Some(envelope) = &directive.envelope {
+                    self.count(envelope);
+                }
+                let released = self.thinning.as_mut().map(|thinning| thinning.directive(&directive));
+                for piece in released.unwrap_or_default() {
+                    self.piece(&piece)?;
+                }
+                ("Directive", directive.envelope)
+            }
+        };
+        self.write(&topic, schema, envelope.map_or(0.0, |envelope| envelope.t_s), publish_ns, message)
+    }
+
+    fn piece(&mut self, piece: &Piece) -> Result<(), RecordingError> {
+        let kind = piece.header.port.as_ref().map(|port| port.kind()).unwrap_or_default();
+        let t_s = piece.header.envelope.as_ref().map_or(0.0, |envelope| envelope.t_s);
+        let record = codec::field_record(&prost::Message::encode_to_vec(&piece.header), kind, &piece.payload);
+        self.recorded.field_bytes += piece.payload.len() as u64;
+        self.write(&piece.topic, "FieldMessage", t_s, piece.publish_ns, &record)
+    }
+
+    fn write(
+        &mut self,
+        topic: &str,
+        schema: &str,
+        t_s: f64,
+        publish_ns: u64,
+        data: &[u8],
+    ) -> Result<(), RecordingError> {
+        // Time never runs backwards in the file; what is no time does not move it.
+        if t_s.is_finite() {
+            self.log_ns = self.log_ns.max((t_s * 1e9).round() as u64);
+        }
+        self.recorded.messages += 1;
+        self.container.message(topic, &format!("stagger.v1.{schema}"), self.log_ns, publish_ns, data)
+    }
+
+    fn decoded<M>(&mut self, result: Result<M, MessageError>) -> Option<M> {
+        self.recorded.malformed += u64::from(result.is_err());
+        result.ok()
+    }
+
+    fn count(&mut self, envelope: &Envelope) {
+        let numbering = self.senders.entry((envelope.sender.clone(), envelope.epoch)).or_default();
+        numbering.received += 1;
+        numbering.highest = numbering.highest.max(envelope.sequence);
+    }
+
+    /// Whether this is the first message about its subject at that version: a reply sent again is recorded once.
+    fn first(&mut self, envelope: &Envelope, version: Version, subject: &str) -> bool {
+        // A repetition comes within its step; what is older is forgotten, so that the set stays small.
+        let oldest = Version { step: version.step.saturating_sub(1), attempt: 0, iteration: 0 };
+        if self.seen.first().is_some_and(|(seen, _, _)| *seen < oldest) {
+            self.seen = self.seen.split_off(&(oldest, 0, String::new()));
+        }
+        self.seen.insert((version, envelope.epoch, subject.into()))
+    }
+
+    pub(crate) fn flush(&mut self) -> Result<(), RecordingError> {
+        self.container.flush()
+    }
+
+    pub(crate) fn finish(mut self) -> Result<Recorded, RecordingError> {
+        for piece in self.thinning.take().map(|mut thinning| thinning.finish()).unwrap_or_default() {
+            self.piece(&piece)?;
+        }
+        // Numbers count from 0 without a gap: highest + 1 messages were sent.
+        let missing = |it: &Numbering| it.highest.saturating_add(1).saturating_sub(it.received);
+        self.recorded.lost = self.senders.values().map(missing).sum();
+        let end = [("messages", self.recorded.messages), ("lost", self.recorded.lost)];
+        let end = end.map(|(key, value)| (key.to_owned(), value.to_string()));
+        self.container.metadata(END, end.into())?;
+        self.container.finish()?;
+        Ok(self.recorded)
+    }
+}

@@ -1,0 +1,266 @@
+use std::{
+    io::Write,
+    sync::{
+        Arc, OnceLock,
+        atomic::{AtomicU64, Ordering},
+    },
+    thread::JoinHandle,
+    time::{Duration, Instant, SystemTime, UNIX_EPOCH},
+};
+
+use bytes::Bytes;
+
+use crate::{
+    RecordingError, RunInfo,
+    journal::Journal,
+    queue::{Popped, Queue},
+};
+
+/// How long a message may wait for the operating system: a run that is killed loses no more than this.
+const FLUSH_AFTER: Duration = Duration::from_millis(500);
+
+/// Which iterations' fields are kept. Control messages always are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Level {
+    /// Every exchange.
+    #[default]
+    All,
+    /// Fields of accepted iterations.
+    Accepted,
+}
+
+/// What is recorded, and how much may wait to be written.
+#[derive(Clone, Copy, Debug)]
+pub struct RecorderOptions {
+    /// Which iterations' fields are kept.
+    pub level: Level,
+    /// Keeps the fields of each n-th accepted step, of the start and of the last step; above 1 the level is
+    /// [`Level::Accepted`].
+    pub every: u64,
+    /// Bytes that may wait to be written before a sender is made to wait.
+    pub queue_bytes: usize,
+}
+
+impl Default for RecorderOptions {
+    fn default() -> Self {
+        Self { level: Level::All, every: 1, queue_bytes: 256 << 20 }
+    }
+}
+
+/// Type of a control message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ControlKind {
+    /// [`stagger_messages::Directive`].
+    Directive,
+    /// [`stagger_messages::Report`].
+    Report,
+    /// [`stagger_messages::Manifest`].
+    Manifest,
+}
+
+/// One message as it went over the wire.
+#[derive(Clone, Debug)]
+pub enum Exchange {
+    /// A field.
+    Field {
+        /// Its key behind the run's name: `field/particles/positions`.
+        topic: String,
+        /// The field without its values.
+        attachment: Bytes,
+        /// The values.
+        payload: Bytes,
+    },
+    /// A control message.
+    Control {
+        /// Its key behind the run's name: `ctl/directive`.
+        topic: String,
+        /// The message.
+        message: Bytes,
+        /// Its type.
+        kind: ControlKind,
+    },
+}
+
+impl Exchange {
+    /// A message by its topic: `field/…`, `ctl/…`, `done/…` or `meta/…`. `None` for what is not recorded.
+    #[must_use]
+    pub fn from_parts(topic: &str, attachment: Bytes, payload: Bytes) -> Option<Self> {
+        let kind = match topic.split('/').next() {
+            Some("field") => return Some(Self::Field { topic: topic.into(), attachment, payload }),
+            Some("ctl") => ControlKind::Directive,
+            Some("done") => ControlKind::Report,
+            Some("meta") => ControlKind::Manifest,
+            _ => return None,
+        };
+        Some(Self::Control { topic: topic.into(), message: payload, kind })
+    }
+
+    fn bytes(&self) -> usize {
+        // What the queue itself spends on an entry; it keeps a flood of empty messages bounded too.
+        const ENTRY_BYTES: usize = 128;
+        let content = match self {
+            Self::Field { topic, attachment, payload } => topic.len() + attachment.len() + payload.len(),
+            Self::Control { topic, message, .. } => topic.len() + message.len(),
+        };
+        ENTRY_BYTES + content
+    }
+}
+
+/// What became of a recording.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Recorded {
+    /// Messages in the file.
+    pub messages: u64,
+    /// Bytes of field values in the file.
+    pub field_bytes: u64,
+    /// Size of the file.
+    pub file_bytes: u64,
+    /// Messages that were sent but never reached the recorder, from gaps in the senders' numbering.
+    pub lost: u64,
+    /// Messages that could not be decoded, and are not in the file.
+    pub malformed: u64,
+}
+
+/// Writes a run to MCAP on a thread of its own.
+///
+/// Senders hand over messages and go on; when the disk cannot keep up they wait, and nothing is dropped. A recorder that
+/// is dropped without [`Recorder::finish`] still closes its file.
+pub struct Recorder {
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<Result<Recorded, RecordingError>>>,
+}
+
+/// Hands messages to a [`Recorder`].
+#[derive(Clone)]
+pub struct RecorderSender {
+    shared: Arc<Shared>,
+}
+
+struct Shared {
+    queue: Queue<(Exchange, u64)>,
+    failure: OnceLock<String>,
+}
+
+/// Closes the queue when the thread ends, however it ends: nobody may wait for a writer that is gone.
+struct CloseAtEnd(Arc<Shared>);
+
+impl Drop for CloseAtEnd {
+    fn drop(&mut self) {
+        self.0.queue.close();
+    }
+}
+
+impl Recorder {
+    /// Starts recording into `output`, which is written front to back, without seeking.
+    ///
+    /// # Errors
+    /// The head of the file cannot be written, or the thread cannot be started.
+    pub fn create(
+        output: impl Write + Send + 'static,
+        info: &RunInfo,
+        options: RecorderOptions,
+    ) -> Result<Self, RecordingError> {
+        let bytes = Arc::new(AtomicU64::new(0));
+        let output = Counted { output, bytes: Arc::clone(&bytes) };
+        let mut journal = Journal::create(output, info, options)?;
+        let shared = Arc::new(Shared { queue: Queue::new(options.queue_bytes), failure: OnceLock::new() });
+        let work = {
+            let shared = Arc::clone(&shared);
+            move || {
+                let _close = CloseAtEnd(Arc::clone(&shared));
+                let result = drain(&shared.queue, &mut journal).and_then(|()| journal.finish());
+                if let Err(error) = &result {
+                    let cause = match error {
+                        RecordingError::Write(cause) => cause.clone(),
+                        other => other.to_string(),
+                    };
+                    // Set once, here.
+                    let _ = shared.failure.set(cause);
+                }
+                result.map(|recorded| Recorded { file_bytes: bytes.load(Ordering::Relaxed), ..recorded })
+            }
+        };
+        let thread = std::thread::Builder::new().name("recorder".into()).spawn(work).map_err(RecordingError::Thread)?;
+        Ok(Self { shared, thread: Some(thread) })
+    }
+
+    /// A handle for handing over messages.
+    #[must_use]
+    pub fn sender(&self) -> RecorderSender {
+        RecorderSender { shared: Arc::clone(&self.shared) }
+    }
+
+    /// Writes what waits, then the index, and closes the file.
+    ///
+    /// # Errors
+    /// Something could not be written, now or earlier.
+    pub fn finish(mut self) -> Result<Recorded, RecordingError> {
+        self.shared.queue.close();
+        let thread = self.thread.take().ok_or(RecordingError::Closed)?;
+        thread.join().unwrap_or_else(|_| Err(RecordingError::Write("the recorder's thread broke down".into())))
+    }
+}
+
+impl Drop for Recorder {
+    fn drop(&mut self) {
+        self.shared.queue.close();
+        if let Some(thread) = self.thread.take() {
+            // Whoever wants to know the outcome calls `finish`.
+            let _ = thread.join();
+        }
+    }
+}
+
+impl RecorderSender {
+    /// Hands over a message; waits while the queue is full.
+    ///
+    /// # Errors
+    /// Writing has failed, or the recorder has finished: the message will not be in the file.
+    pub fn push(&self, exchange: Exchange) -> Result<(), RecordingError> {
+        let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+        let now_ns = u64::try_from(since.as_nanos()).unwrap_or(u64::MAX);
+        let bytes = exchange.bytes();
+        if self.shared.queue.push((exchange, now_ns), bytes) {
+            return Ok(());
+        }
+        Err(match self.shared.failure.get() {
+            Some(cause) => RecordingError::Write(cause.clone()),
+            None => RecordingError::Closed,
+        })
+    }
+}
+
+fn drain<W: Write>(queue: &Queue<(Exchange, u64)>, journal: &mut Journal<W>) -> Result<(), RecordingError> {
+    let mut flush_at: Option<Instant> = None;
+    loop {
+        match queue.pop(flush_at.unwrap_or_else(|| Instant::now() + FLUSH_AFTER)) {
+            Popped::Item((exchange, publish_ns)) => {
+                journal.take(exchange, publish_ns)?;
+                flush_at = flush_at.or_else(|| Some(Instant::now() + FLUSH_AFTER));
+            }
+            Popped::TimedOut => {}
+            Popped::Closed => return Ok(()),
+        }
+        if flush_at.is_some_and(|at| at <= Instant::now()) {
+            journal.flush()?;
+            flush_at = None;
+        }
+    }
+}
+
+struct Counted<W> {
+    output: W,
+    bytes: Arc<AtomicU64>,
+}
+
+impl<W: Write> Write for Counted<W> {
+    fn write(&mut self, buffer: &[u8]) -> std::io::Result<usize> {
+        let written = self.output.write(buffer)?;
+        self.bytes.fetch_add(written as u64, Ordering::Relaxed);
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.output.flush()
+    }
+}

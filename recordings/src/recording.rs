@@ -1,0 +1,169 @@
+use std::{
+    fs::File,
+    io::Read,
+    path::{Path, PathBuf},
+};
+
+use stagger_messages::{
+    Directive, Manifest, MessageError, Report,
+    codec::{self, Received},
+};
+
+use crate::{
+    RecordingError, RunInfo,
+    container::{ContainerReader, Event, ends_complete},
+};
+
+/// Name of the metadata that describes the run.
+pub(crate) const RUN: &str = "stagger";
+/// Name of the metadata written when a recording is closed.
+pub(crate) const END: &str = "stagger-end";
+/// Name of the attachment that holds the scene.
+pub(crate) const SCENE: &str = "scene.toml";
+
+/// A recorded run on disk.
+#[derive(Clone, Debug)]
+pub struct Recording {
+    /// What the recording says about its run.
+    pub info: RunInfo,
+    /// False where the file was cut off: its run, or the machine, was stopped before the recording was closed.
+    pub complete: bool,
+    path: PathBuf,
+}
+
+/// One recorded message.
+#[derive(Clone, Debug)]
+pub struct Message {
+    /// Its key behind the run's name: `field/particles/positions`.
+    pub topic: String,
+    /// Simulated time at the start of its window, in ns; never decreases within a recording.
+    pub log_time_ns: u64,
+    /// Wall clock when it was recorded, in ns since 1970.
+    pub publish_time_ns: u64,
+    /// What it says.
+    pub body: Body,
+}
+
+/// Content of a recorded message.
+#[derive(Clone, Debug)]
+pub enum Body {
+    /// A field.
+    Field(Received),
+    /// The coordinator to the nodes.
+    Directive(Directive),
+    /// A node to the coordinator.
+    Report(Report),
+    /// What a node said about itself.
+    Manifest(Manifest),
+}
+
+impl Recording {
+    /// Opens a recording, closed or cut off.
+    ///
+    /// # Errors
+    /// The file cannot be read, is no MCAP, or does not describe a run.
+    pub fn open(path: impl Into<PathBuf>) -> Result<Self, RecordingError> {
+        let path = path.into();
+        let complete = ends_complete(&mut open(&path)?).map_err(RecordingError::Read)?;
+        let info = read_info(&mut ContainerReader::new(open(&path)?), true)?;
+        Ok(Self { info, complete, path })
+    }
+
+    /// The file.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// All messages in the order of recording, up to where the file was cut off. Messages of foreign schemas are left
+    /// out. A message that does not decode is an error, and the next one follows; damage of the file ends it.
+    ///
+    /// # Errors
+    /// The file cannot be opened again.
+    pub fn messages(&self) -> Result<Messages<File>, RecordingError> {
+        let events = ContainerReader::new(open(&self.path)?);
+        Ok(Messages { info: self.info.clone(), events })
+    }
+
+    pub(crate) fn events(&self) -> Result<ContainerReader<File>, RecordingError> {
+        Ok(ContainerReader::new(open(&self.path)?))
+    }
+}
+
+/// The messages of a recording that comes as a stream, such as that of a run under way; waits until the stream has
+/// described its run.
+///
+/// # Errors
+/// The stream cannot be read, is no MCAP, or does not begin with the description of a run.
+pub fn messages_from<R: Read>(input: R) -> Result<Messages<R>, RecordingError> {
+    let mut events = ContainerReader::new(input);
+    let info = read_info(&mut events, false)?;
+    Ok(Messages { info, events })
+}
+
+fn open(path: &Path) -> Result<File, RecordingError> {
+    File::open(path).map_err(|source| RecordingError::Open { path: path.into(), source })
+}
+
+fn read_info<R: Read>(events: &mut ContainerReader<R>, anywhere: bool) -> Result<RunInfo, RecordingError> {
+    let (mut metadata, mut scene) = (None, None);
+    for event in events {
+        match event? {
+            Event::Metadata { name, map } if name == RUN => metadata = Some(map),
+            Event::Attachment { name, data } if name == SCENE => scene = Some(data),
+            // Other tools may put the description behind the messages; a stream cannot be searched for it.
+            Event::Message { .. } if !anywhere => break,
+            _ => {}
+        }
+        if let (Some(map), Some(text)) = (&metadata, &scene) {
+            return RunInfo::from_metadata(map, String::from_utf8_lossy(text).into_owned());
+        }
+    }
+    Err(RecordingError::NoRun("it was cut off before its head was written, or another program wrote it"))
+}
+
+/// Iterates over the messages of a recording or a stream.
+pub struct Messages<R> {
+    /// What the recording says about its run.
+    pub info: RunInfo,
+    events: ContainerReader<R>,
+}
+
+impl<R: Read> Messages<R> {
+    /// Whether the end mark was reached; false before the end, and where the input was cut off.
+    #[must_use]
+    pub fn complete(&self) -> bool {
+        self.events.complete()
+    }
+}
+
+impl<R: Read> Iterator for Messages<R> {
+    type Item = Result<Message, RecordingError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        loop {
+            let event = match self.events.next()? {
+                Ok(event) => event,
+                Err(error) => return Some(Err(error)),
+            };
+            let Event::Message { topic, schema, log_time_ns, publish_time_ns, data } = event else { continue };
+            let topic = topic.to_string();
+            match body(&schema, &data) {
+                Ok(None) => {}
+                Ok(Some(body)) => return Some(Ok(Message { topic, log_time_ns, publish_time_ns, body })),
+                Err(source) => return Some(Err(RecordingError::Message { topic, source })),
+            }
+        }
+    }
+}
+
+/// Decodes a message by the name of its schema; `None` for a foreign one.
+pub(crate) fn body(schema: &str, data: &[u8]) -> Result<Option<Body>, MessageError> {
+    Ok(Some(match schema {
+        "stagger.v1.FieldMessage" => Body::Field(codec::decode_field_record(data)?),
+        "stagger.v1.Directive" => Body::Directive(codec::decode("directive", data)?),
+        "stagger.v1.Report" => Body::Report(codec::decode("report", data)?),
+        "stagger.v1.Manifest" => Body::Manifest(codec::decode("manifest", data)?),
+        _ => return Ok(None),
+    }))
+}

@@ -1,0 +1,98 @@
+use std::collections::BTreeMap;
+
+use crate::RecordingError;
+
+/// What a recording says about its run besides the messages.
+#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct RunInfo {
+    /// Name of the run.
+    pub run: String,
+    /// The scene's file name, as given by the user.
+    pub scene_file: String,
+    /// The scene's text, before overrides.
+    pub scene_text: String,
+    /// Hash of the scene with its overrides; all nodes and the coordinator agree on it.
+    pub scene_hash: u64,
+    /// Keys and values set on the command line.
+    pub overrides: Vec<(String, String)>,
+    /// Seed of the run.
+    pub seed: u64,
+    /// Name and version of the program that recorded.
+    pub program: String,
+    /// Wall clock at the start, in ns since 1970.
+    pub started_unix_ns: u64,
+    /// What the run ran on: processor, threads, system.
+    pub machine: BTreeMap<String, String>,
+}
+
+impl RunInfo {
+    /// Everything but the scene's text, as MCAP metadata.
+    pub(crate) fn to_metadata(&self) -> BTreeMap<String, String> {
+        let mut map = BTreeMap::from([
+            ("run".into(), self.run.clone()),
+            ("scene_file".into(), self.scene_file.clone()),
+            ("scene_hash".into(), format!("{:016x}", self.scene_hash)),
+            ("seed".into(), self.seed.to_string()),
+            ("program".into(), self.program.clone()),
+            ("started_unix_ns".into(), self.started_unix_ns.to_string()),
+        ]);
+        for (number, (key, value)) in self.overrides.iter().enumerate() {
+            // The number keeps the order, which matters where a key is set twice.
+            map.insert(format!("override.{number:04}"), format!("{key}={value}"));
+        }
+        map.extend(self.machine.iter().map(|(key, value)| (format!("machine.{key}"), value.clone())));
+        map
+    }
+
+    /// Reads back what [`Self::to_metadata`] wrote.
+    pub(crate) fn from_metadata(map: &BTreeMap<String, String>, scene_text: String) -> Result<Self, RecordingError> {
+        let text = |key: &str| map.get(key).cloned().unwrap_or_default();
+        let number = |key: &str, radix| {
+            let value = text(key);
+            u64::from_str_radix(&value, radix).map_err(|_| RecordingError::BadRun { key: key.into(), value })
+        };
+        let overrides = map.iter().filter(|(key, _)| key.starts_with("override."));
+        let machine = map.iter().filter_map(|(key, value)| Some((key.strip_prefix("machine.")?.into(), value.clone())));
+        Ok(Self {
+            run: text("run"),
+            scene_file: text("scene_file"),
+            scene_text,
+            scene_hash: number("scene_hash", 16)?,
+            overrides: overrides
+                .filter_map(|(_, pair)| pair.split_once('='))
+                .map(|(k, v)| (k.into(), v.into()))
+                .collect(),
+            seed: number("seed", 10)?,
+            program: text("program"),
+            started_unix_ns: number("started_unix_ns", 10)?,
+            machine: machine.collect(),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn metadata_keeps_everything_and_the_order_of_overrides() {
+        let info = RunInfo {
+            run: "r".into(),
+            scene_text: "title = \"a\"\n".into(),
+            scene_hash: u64::MAX - 1,
+            overrides: (0..12).map(|i| (format!("key{}", 11 - i), format!("a=b{i}"))).collect(),
+            seed: 7,
+            machine: [("threads".to_owned(), "2".to_owned())].into(),
+            ..RunInfo::default()
+        };
+        assert_eq!(RunInfo::from_metadata(&info.to_metadata(), info.scene_text.clone()).unwrap(), info);
+    }
+
+    #[test]
+    fn damaged_numbers_are_named() {
+        let mut map = RunInfo::default().to_metadata();
+        map.insert("seed".into(), "seven".into());
+        let error = RunInfo::from_metadata(&map, String::new()).unwrap_err();
+        assert!(error.to_string().contains("`seed` is `seven`"), "{error}");
+    }
+}

@@ -1,0 +1,129 @@
+use std::{ops::AddAssign, sync::Arc};
+
+use super::{Vec3, contact_list::ContactList, neighbours::NeighbourList};
+use crate::{SolveError, coupling::NotConverged};
+
+/// Everything the particles' next window depends on.
+#[derive(Clone, Debug)]
+pub struct State {
+    pub(super) motion: Motion,
+    /// Forces at the same instant.
+    pub(super) forces: Forces,
+    /// Moduli of the particles at the same instant, in Pa.
+    pub(super) moduli: Vec<f64>,
+    pub(super) neighbours: Arc<NeighbourList>,
+    /// Contacts between particles.
+    pub(super) contacts: ContactList,
+    /// Contacts with walls.
+    pub(super) wall_contacts: ContactList,
+}
+
+/// Where the particles are and how they move.
+#[derive(Clone, Debug)]
+pub(super) struct Motion {
+    /// r in m.
+    pub positions: Vec<Vec3>,
+    /// v in m/s.
+    pub velocities: Vec<Vec3>,
+    /// ω in rad/s; zero where particles do not spin.
+    pub spins: Vec<Vec3>,
+}
+
+impl Motion {
+    /// The first value that is not finite, as the error that names it.
+    pub fn check_finite(&self) -> Result<(), SolveError> {
+        let fields = [("positions", &self.positions), ("velocities", &self.velocities), ("spins", &self.spins)];
+        for (field, vectors) in fields {
+            for (row, vector) in vectors.iter().enumerate() {
+                if let Some(&value) = vector.iter().find(|value| !value.is_finite()) {
+                    return Err(SolveError::NotFinite { node: "particles".into(), field: field.into(), row, value });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// How many times its radius the first particle has moved since `before` that has moved more than that.
+    pub fn jump(&self, before: &[Vec3], radii: &[f64]) -> Option<f64> {
+        let steps = self.positions.iter().zip(before).map(|(now, then)| now - then);
+        steps.zip(radii).find(|(step, radius)| !within(step, **radius)).map(|(step, radius)| step.norm() / radius)
+    }
+}
+
+/// Whether a step is at most a radius long: a longer one could jump a contact. False for what is not a number.
+#[inline]
+pub(super) fn within(step: &Vec3, radius: f64) -> bool {
+    step.norm_squared() <= radius * radius
+}
+
+/// Forces on all particles at one instant.
+#[derive(Clone, Debug)]
+pub(super) struct Forces {
+    /// Ψ in N.
+    pub force: Vec<Vec3>,
+    /// M in N m.
+    pub moment: Vec<Vec3>,
+    /// Power lost, in W.
+    pub dissipation: Dissipation,
+    /// Step Δt in s that friction was evaluated with.
+    pub step_s: f64,
+}
+
+impl Forces {
+    /// No forces on `count` particles.
+    pub fn none(count: usize) -> Self {
+        Self {
+            force: vec![Vec3::zeros(); count],
+            moment: vec![Vec3::zeros(); count],
+            dissipation: Dissipation::default(),
+            step_s: 0.0,
+        }
+    }
+}
+
+/// Power in W, or energy in J, lost to each kind of friction.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Dissipation {
+    pub contact_damping: f64,
+    pub friction: f64,
+    pub drag: f64,
+}
+
+impl Dissipation {
+    /// Energy lost over a step of `step_s` between two powers by the trapezoidal rule, second order.
+    pub fn over(before: &Self, after: &Self, step_s: f64) -> Self {
+        Self {
+            contact_damping: 0.5 * step_s * (before.contact_damping + after.contact_damping),
+            friction: 0.5 * step_s * (before.friction + after.friction),
+            drag: 0.5 * step_s * (before.drag + after.drag),
+        }
+    }
+}
+
+impl AddAssign for Dissipation {
+    fn add_assign(&mut self, other: Self) {
+        self.contact_damping += other.contact_damping;
+        self.friction += other.friction;
+        self.drag += other.drag;
+    }
+}
+
+/// What an integrator makes of a window.
+pub(super) enum Trial {
+    Converged(Box<Advanced>),
+    NotConverged(NotConverged),
+}
+
+/// A window integrated to its end.
+pub(super) struct Advanced {
+    pub motion: Motion,
+    pub forces: Forces,
+    pub moduli: Vec<f64>,
+    pub neighbours: Arc<NeighbourList>,
+    /// Energy lost during the window, in J.
+    pub dissipated: Dissipation,
+    pub substeps: u32,
+    pub substep_s: f64,
+    /// Evaluations of all forces.
+    pub evaluations: u32,
+}

@@ -1,0 +1,163 @@
+//! `[coupling]`: how the physics are coupled, and the adaptive step.
+
+use super::{
+    key::{Key, Kind, Range, Section},
+    problems::nearest,
+    reader::Table,
+    units::{NUMBER, TIME},
+};
+use crate::coupling::{Acceleration, Order, Settings, StepSize};
+
+static ORDER: Key = Key::new(
+    "order",
+    Kind::Choice(&[
+        ("gauss-seidel", "one after the other, each with the newest fields of those before it"),
+        ("jacobi", "all at the same time, with the fields of the iteration before"),
+    ]),
+    "Order of the iteration.",
+)
+.or("\"gauss-seidel\"");
+static SEQUENCE: Key = Key::new(
+    "sequence",
+    Kind::Texts,
+    "Names of nodes in the order in which they solve; those not named follow in the default order.",
+)
+.or("[]");
+static ACCELERATION: Key =
+    Key::new("acceleration", Kind::Choice(&[("none", "the plain iteration")]), "Acceleration of the iteration.")
+        .or("\"none\"");
+static TOLERANCE: Key = Key::new(
+    "tolerance",
+    Kind::Numbers(&NUMBER, Range::above(0.0, 0.1)),
+    "Tolerance of each field by name: its relative change in the last iteration of a step.",
+)
+.or_from("default-tolerance for every field");
+static DEFAULT_TOLERANCE: Key =
+    Key::new("default-tolerance", Kind::Number(&NUMBER, Range::above(0.0, 0.1)), "Tolerance of the fields not named.")
+        .or("1e-6");
+static ITERATIONS: Key = Key::new(
+    "iterations",
+    Kind::Whole(1, 100),
+    "Iterations K_d within which a step must converge; 5 to 10 is usual. The step grows and shrinks to need about so many.",
+)
+.or("8");
+static FROZEN: Key = Key::new(
+    "frozen",
+    Kind::Choice(&[
+        ("interpolated", "linear from the step's start to the newest values at its end"),
+        ("held", "the newest values at the step's end throughout"),
+    ]),
+    "What a physics sees of the others inside a step.",
+)
+.or("\"interpolated\"");
+static REUSE: Key = Key::new(
+    "reuse",
+    Kind::Number(&NUMBER, Range::within(0.0, 1.0)),
+    "A physics whose frozen fields changed by less than this share of their tolerances gives its last reply again.",
+)
+.or("0.1");
+static DT: Key = Key::new("dt", Kind::Table(&DT_SECTION), "Size of the step.");
+
+pub(super) static SECTION: Section = Section {
+    path: "coupling",
+    doc: "The staggered iteration between the physics, and its step.",
+    example: "[coupling]",
+    shorthand: None,
+    keys: &[&ORDER, &SEQUENCE, &ACCELERATION, &TOLERANCE, &DEFAULT_TOLERANCE, &ITERATIONS, &FROZEN, &REUSE, &DT],
+};
+
+static START: Key = Key::new("start", Kind::Number(&TIME, Range::POSITIVE), "First step.");
+static LIMIT: Key = Key::new(
+    "limit",
+    Kind::Number(&TIME, Range::POSITIVE),
+    "Largest step: it bounds the error of the time discretisation, which the iteration does not see.",
+)
+.or_from("the first step");
+static MINIMUM: Key = Key::new(
+    "minimum",
+    Kind::Number(&TIME, Range::POSITIVE),
+    "Smallest step: the run stops where it would be smaller.",
+)
+.or_from("a thousandth of the first step");
+static GROWTH: Key =
+    Key::new("growth", Kind::Number(&NUMBER, Range::above(1.0, 100.0)), "Largest factor from one step to the next.")
+        .or("1.5");
+static DT_SECTION: Section = Section {
+    path: "coupling.dt",
+    doc: "Size of the step; a single time is a step that does not grow.",
+    example: "{ start = \"1 us\", limit = \"20 us\" }",
+    shorthand: Some(&START),
+    keys: &[&START, &LIMIT, &MINIMUM, &GROWTH],
+};
+
+/// What a scene's coupling may name.
+pub(super) struct Names<'n> {
+    /// Nodes that run.
+    pub nodes: &'n [&'n str],
+    /// Fields with a tolerance; `None` where nodes of the user's own may write others.
+    pub fields: Option<&'n [&'n str]>,
+}
+
+/// Reads the settings of the coupling.
+pub(super) fn read(table: Table<'_>, names: &Names<'_>) -> Option<Settings> {
+    let order = match table.choice(&ORDER) {
+        "jacobi" => Order::Jacobi,
+        _ => Order::GaussSeidel,
+    };
+    let sequence = table.texts(&SEQUENCE).unwrap_or_default();
+    for (index, name) in sequence.iter().enumerate() {
+        if sequence[..index].contains(name) {
+            table.reject(&SEQUENCE, format!("names {name:?} twice"));
+        } else if !names.nodes.contains(&name.as_str()) {
+            let known = format!("nodes of this scene are {}", names.nodes.join(", "));
+            let hint =
+                nearest(name, names.nodes.iter().copied()).map_or(known, |near| format!("did you mean \"{near}\"?"));
+            table.reject_with(&SEQUENCE, format!("no node is called {name:?}"), Some(hint));
+        }
+    }
+    table.choice(&ACCELERATION);
+    let tolerance = table.numbers(&TOLERANCE);
+    for field in tolerance.keys() {
+        let Some(fields) = names.fields else { break };
+        if !fields.contains(&field.as_str()) {
+            let known = format!("fields with a tolerance are {}", fields.join(", "));
+            let hint = nearest(field, fields.iter().copied()).map_or(known, |near| format!("did you mean `{near}`?"));
+            table.reject_name(&TOLERANCE, field, format!("no field is called `{field}`"), Some(hint));
+        }
+    }
+    let (default_tolerance, iterations) = (table.number(&DEFAULT_TOLERANCE), table.whole_u32(&ITERATIONS));
+    let interpolate = table.choice(&FROZEN) != "held";
+    let reuse = table.number(&REUSE);
+    let dt = step_size(&table);
+    table.finish();
+    Some(Settings {
+        order,
+        sequence,
+        acceleration: Acceleration::None,
+        tolerance,
+        default_tolerance,
+        iterations,
+        dt: dt?,
+        interpolate,
+        reuse,
+    })
+}
+
+fn step_size(coupling: &Table<'_>) -> Option<StepSize> {
+    let table = coupling.optional_table(&DT)?;
+    let start_s = table.number(&START);
+    let size = StepSize {
+        start_s,
+        limit_s: table.number_or(&LIMIT, || start_s),
+        minimum_s: table.number_or(&MINIMUM, || start_s / 1000.0),
+        growth: table.number(&GROWTH),
+    };
+    if size.limit_s < start_s {
+        table.reject(&LIMIT, format!("expected at least the first step, {start_s:e} s"));
+    }
+    if size.minimum_s > start_s {
+        table.reject(&MINIMUM, format!("expected at most the first step, {start_s:e} s"));
+    }
+    table.finish();
+    Some(size)
+}

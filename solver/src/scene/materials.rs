@@ -1,0 +1,131 @@
+//! Materials: a built-in table of room-temperature values, and those a scene defines.
+
+use std::collections::BTreeMap;
+
+use super::{
+    key::{Key, Kind, Range, Section},
+    problems::nearest,
+    reader::Table,
+    units::{CONDUCTIVITY, DENSITY, HEAT_CAPACITY, NUMBER, PER_LENGTH, PRESSURE},
+};
+
+/// Properties of a material; those a scene does not give stay open until something needs them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Material {
+    /// Density, in kg/m³.
+    pub density_kg_m3: Option<f64>,
+    /// Heat capacity, in J/(kg K).
+    pub heat_capacity_j_kg_k: Option<f64>,
+    /// Thermal conductivity, in W/(m K).
+    pub conductivity_w_m_k: Option<f64>,
+    /// Young's modulus, in Pa.
+    pub young_pa: Option<f64>,
+    /// Poisson's ratio.
+    pub poisson: Option<f64>,
+    /// Absorption coefficient of light a = 4πk/λ at λ = 1.06 µm, in 1/m.
+    pub absorption_1_m: Option<f64>,
+}
+
+pub(super) static DENSITY_KEY: Key =
+    Key::new("density", Kind::Number(&DENSITY, Range::POSITIVE), "Density ρ.").or_from("the built-in material's");
+pub(super) static HEAT_CAPACITY_KEY: Key =
+    Key::new("heat-capacity", Kind::Number(&HEAT_CAPACITY, Range::POSITIVE), "Heat capacity C.")
+        .or_from("the built-in material's");
+pub(super) static CONDUCTIVITY_KEY: Key =
+    Key::new("conductivity", Kind::Number(&CONDUCTIVITY, Range::NOT_NEGATIVE), "Thermal conductivity K.")
+        .or_from("the built-in material's");
+pub(super) static YOUNG_KEY: Key =
+    Key::new("young", Kind::Number(&PRESSURE, Range::POSITIVE), "Young's modulus E, for Hertz contact.")
+        .or_from("the built-in material's");
+pub(super) static POISSON_KEY: Key =
+    Key::new("poisson", Kind::Number(&NUMBER, Range::within(0.0, 0.5)), "Poisson's ratio ν, for Hertz contact.")
+        .or_from("the built-in material's");
+pub(super) static ABSORPTION_KEY: Key =
+    Key::new("absorption", Kind::Number(&PER_LENGTH, Range::NOT_NEGATIVE), "Absorption coefficient a of light.")
+        .or_from("the built-in material's");
+
+pub(super) static SECTION: Section = Section {
+    path: "materials.NAME",
+    doc: "A material of your own, or other values for a built-in one (`316L`, `Ti-6Al-4V`, `AlSi10Mg`). \
+          Give what the scene uses; what is missing is asked for where it is needed.",
+    example: "{ density = \"7950 kg/m^3\", heat-capacity = \"500 J/(kg K)\", conductivity = \"15 W/(m K)\" }",
+    shorthand: None,
+    keys: &[&DENSITY_KEY, &HEAT_CAPACITY_KEY, &CONDUCTIVITY_KEY, &YOUNG_KEY, &POISSON_KEY, &ABSORPTION_KEY],
+};
+
+/// The materials of every scene, at room temperature.
+///
+/// Absorption is that of the base metal (iron, titanium, aluminium) from its extinction coefficient k at 1.06 µm,
+/// Weaver and Frederikse, "Optical properties of selected elements", CRC Handbook of Chemistry and Physics, to one
+/// digit: light goes a few tens of nanometres deep, so a particle of any digit is opaque.
+pub(super) fn built_in() -> BTreeMap<String, Material> {
+    let material = |[density, heat_capacity, conductivity, young, poisson, absorption]: [f64; 6]| Material {
+        density_kg_m3: Some(density),
+        heat_capacity_j_kg_k: Some(heat_capacity),
+        conductivity_w_m_k: Some(conductivity),
+        young_pa: Some(young),
+        poisson: Some(poisson),
+        absorption_1_m: Some(absorption),
+    };
+    BTreeMap::from([
+        // Density: K. C. Mills, Recommended Values of Thermophysical Properties for Selected Commercial Alloys
+        // (Woodhead 2002). Heat capacity and conductivity: EN 10088-1, steel 1.4404. Moduli: Metals Handbook, Desk
+        // Edition (ASM International 1998).
+        ("316L".into(), material([7950.0, 500.0, 15.0, 193e9, 0.3, 5e7])),
+        // Density, heat capacity and conductivity: Mills 2002. Moduli: Boyer, Welsch and Collings, Materials
+        // Properties Handbook: Titanium Alloys (ASM International 1994).
+        ("Ti-6Al-4V".into(), material([4420.0, 546.0, 7.0, 113.8e9, 0.342, 5e7])),
+        // The casting alloy of the same composition, A360.0: ASM Handbook vol. 2 (ASM International 1990).
+        ("AlSi10Mg".into(), material([2630.0, 963.0, 113.0, 71e9, 0.33, 1e8])),
+    ])
+}
+
+/// The built-in materials with those of the scene.
+pub(super) fn read(root: &Table<'_>, key: &'static Key) -> BTreeMap<String, Material> {
+    let mut materials = built_in();
+    for (name, table) in root.named(key) {
+        let base = materials.get(&name).copied().unwrap_or_default();
+        let own = |key, base: Option<f64>| table.optional_number(key).or(base);
+        let material = Material {
+            density_kg_m3: own(&DENSITY_KEY, base.density_kg_m3),
+            heat_capacity_j_kg_k: own(&HEAT_CAPACITY_KEY, base.heat_capacity_j_kg_k),
+            conductivity_w_m_k: own(&CONDUCTIVITY_KEY, base.conductivity_w_m_k),
+            young_pa: own(&YOUNG_KEY, base.young_pa),
+            poisson: own(&POISSON_KEY, base.poisson),
+            absorption_1_m: own(&ABSORPTION_KEY, base.absorption_1_m),
+        };
+        materials.insert(name, material);
+        table.finish();
+    }
+    materials
+}
+
+/// The material a key names; an unknown one is reported and stands in as one without properties.
+pub(super) fn choose(
+    table: &Table<'_>,
+    key: &'static Key,
+    materials: &BTreeMap<String, Material>,
+) -> (String, Material) {
+    let name = table.text(key);
+    let material = materials.get(&name).copied().unwrap_or_else(|| {
+        let names = || materials.keys().map(String::as_str);
+        let hint = match nearest(&name, names()) {
+            Some(near) => format!("did you mean \"{near}\"?"),
+            None => {
+                format!("known are {}; others are defined in [materials.NAME]", names().collect::<Vec<_>>().join(", "))
+            }
+        };
+        table.reject_with(key, format!("no material is called {name:?}"), Some(hint));
+        // All properties are there, so that nothing else is reported missing.
+        let unknown = Some(f64::NAN);
+        Material {
+            density_kg_m3: unknown,
+            heat_capacity_j_kg_k: unknown,
+            conductivity_w_m_k: unknown,
+            young_pa: unknown,
+            poisson: unknown,
+            absorption_1_m: unknown,
+        }
+    });
+    (name, material)
+}

@@ -1,0 +1,96 @@
+//! `[nodes.NAME]` and `[record]`: who computes, and what is kept.
+
+use std::collections::BTreeMap;
+
+use super::{
+    NodeSettings, RecordSettings,
+    key::{Key, Kind, Section},
+    reader::Table,
+};
+
+static PHYSICS: Key = Key::new(
+    "physics",
+    Kind::Choice(&[
+        ("particles", "the motion of [particles]"),
+        ("thermal", "the temperatures of [thermal]"),
+        ("optics", "the laser of [optics]"),
+    ]),
+    "Built-in physics that runs under this name.",
+)
+.or_from("none; a node has a physics or a command");
+static COMMAND: Key = Key::new(
+    "command",
+    Kind::Texts,
+    "Program and arguments of a node of your own. Under the name of a built-in physics it takes its place.",
+)
+.or_from("none; a node has a physics or a command");
+
+pub(super) static SECTION: Section = Section {
+    path: "nodes.NAME",
+    doc: "A node that is not simply the built-in physics of the same name.",
+    example: "{ command = [\"python3\", \"thermal.py\"] }",
+    shorthand: None,
+    keys: &[&PHYSICS, &COMMAND],
+};
+
+static LEVEL: Key = Key::new(
+    "level",
+    Kind::Choice(&[
+        ("all", "every exchange, so that any node can be run again alone"),
+        ("accepted", "accepted states only"),
+    ]),
+    "What is recorded.",
+)
+.or("\"all\"");
+static EVERY: Key =
+    Key::new("every", Kind::Whole(1, 1_000_000_000), "Steps from one recorded step to the next; 1 is every step.")
+        .or("1");
+
+pub(super) static RECORD: Section = Section {
+    path: "record",
+    doc: "The recording of the run.",
+    example: "[record]",
+    shorthand: None,
+    keys: &[&LEVEL, &EVERY],
+};
+
+/// Reads all nodes; `runs` says whether the table of a built-in physics is there.
+pub(super) fn read(root: &Table<'_>, key: &'static Key, runs: impl Fn(&str) -> bool) -> BTreeMap<String, NodeSettings> {
+    let mut nodes: BTreeMap<String, NodeSettings> = BTreeMap::new();
+    for (name, table) in root.named(key) {
+        let physics = table.optional_choice(&PHYSICS);
+        let command = table.texts(&COMMAND);
+        match (table.is_given(&PHYSICS), table.is_given(&COMMAND)) {
+            (true, true) => table.reject(&COMMAND, "a node has a physics or a command, not both"),
+            (false, false) => table.reject(&PHYSICS, "missing; expected a physics or a command"),
+            _ => {}
+        }
+        if command.as_ref().is_some_and(|words| words.first().is_none_or(String::is_empty)) {
+            table.reject(&COMMAND, "expected a program and its arguments, found no program");
+        }
+        if let Some(physics) = physics {
+            if physics != name && runs(&name) {
+                table.reject(&PHYSICS, format!("[{name}] runs under this name"));
+            }
+            if !runs(physics) {
+                table.reject(&PHYSICS, format!("this scene has no [{physics}]"));
+            }
+            let other = nodes.iter().find(|(_, node)| node.physics.as_deref() == Some(physics));
+            if let Some((other, _)) = other {
+                table.reject(&PHYSICS, format!("\"{physics}\" already runs as `{other}`"));
+            }
+        }
+        nodes.insert(name, NodeSettings { physics: physics.map(Into::into), command });
+        table.finish();
+    }
+    nodes
+}
+
+/// Reads what is recorded.
+pub(super) fn record(table: &Table<'_>) -> RecordSettings {
+    let level = match table.choice(&LEVEL) {
+        "accepted" => super::Level::Accepted,
+        _ => super::Level::All,
+    };
+    RecordSettings { level, every: table.whole(&EVERY) }
+}

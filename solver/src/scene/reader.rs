@@ -1,0 +1,451 @@
+//! Reads the keys of a scene's tables by their descriptions, collecting every mistake instead of stopping at the first.
+//!
+//! A value that cannot be read is replaced by a placeholder (NaN, 0, an empty text) so that reading goes on; as a
+//! scene with mistakes is never handed out, nothing computes with it. Checks between keys are written so that NaN
+//! passes them.
+
+use std::{cell::RefCell, collections::BTreeMap};
+
+use super::{
+    Value,
+    key::{Fallback, Key, Kind, Range, Section},
+    problems::{Mistake, Place, nearest},
+    tree::{self, Entry, Item, Node},
+    units::{self, Quantity},
+};
+
+/// What reading a scene yields besides its settings.
+#[derive(Default)]
+pub(super) struct Log {
+    pub mistakes: RefCell<Vec<Mistake>>,
+    pub values: RefCell<Vec<Value>>,
+}
+
+/// A table being read.
+pub(super) struct Table<'d> {
+    log: &'d Log,
+    section: &'static Section,
+    path: String,
+    place: Place,
+    entries: Vec<(&'d str, Place, &'d Node)>,
+    /// Names of the keys asked for, and of those a mistyped key was surely meant to be.
+    asked: RefCell<Vec<&'static str>>,
+    meant: Vec<&'static str>,
+}
+
+/// What was found instead of what was expected, and perhaps what to do.
+type Mismatch = (String, Option<String>);
+
+impl<'d> Table<'d> {
+    /// The top of a scene.
+    pub fn root(log: &'d Log, section: &'static Section, entries: &'d [Entry]) -> Self {
+        let entries = entries.iter().map(|entry| (entry.name.as_str(), entry.place, &entry.node)).collect();
+        Self::open(log, section, String::new(), Place::Line(1), entries)
+    }
+
+    fn open(
+        log: &'d Log,
+        section: &'static Section,
+        path: String,
+        place: Place,
+        entries: Vec<(&'d str, Place, &'d Node)>,
+    ) -> Self {
+        let mut table = Self { log, section, path, place, entries, asked: RefCell::default(), meant: Vec::new() };
+        for index in 0..table.entries.len() {
+            let (name, place, _) = table.entries[index];
+            let known = || section.keys.iter().map(|key| key.name);
+            if known().any(|key| key == name) {
+                continue;
+            }
+            let message = match nearest(name, known()) {
+                Some(meant) => {
+                    table.meant.push(meant);
+                    format!("unknown key, did you mean `{meant}`?")
+                }
+                None => format!("unknown key; known are {}", known().collect::<Vec<_>>().join(", ")),
+            };
+            table.mistake(place, table.path_of(name), message, None);
+        }
+        table
+    }
+
+    /// The dotted path of a key of this table.
+    pub fn path_of(&self, name: &str) -> String {
+        if self.path.is_empty() { name.into() } else { format!("{}.{name}", self.path) }
+    }
+
+    fn mistake(&self, place: Place, key: String, message: String, hint: Option<String>) {
+        self.log.mistakes.borrow_mut().push(Mistake { place, key, message, hint });
+    }
+
+    /// Reports a mistake that concerns a key: at its place where it is given, else at the table's.
+    pub fn reject(&self, key: &Key, message: impl Into<String>) {
+        self.reject_with(key, message, None);
+    }
+
+    /// As [`Self::reject`], with what to do about it.
+    pub fn reject_with(&self, key: &Key, message: impl Into<String>, hint: Option<String>) {
+        let place = self.given(key).map_or(self.place, |(place, _)| place);
+        self.mistake(place, self.path_of(key.name), message.into(), hint);
+    }
+
+    /// Reports a mistake in a name the user chose in the table a key holds.
+    pub fn reject_name(&self, key: &Key, name: &str, message: String, hint: Option<String>) {
+        let Some((_, Node { item: Item::Table(entries), .. })) = self.given(key) else { return };
+        let place = entries.iter().find(|entry| entry.name == name).map_or(self.place, |entry| entry.place);
+        self.mistake(place, format!("{}.{name}", self.path_of(key.name)), message, hint);
+    }
+
+    /// Whether a key is given, be its value right or wrong.
+    pub fn is_given(&self, key: &Key) -> bool {
+        self.given(key).is_some()
+    }
+
+    fn given(&self, key: &Key) -> Option<(Place, &'d Node)> {
+        self.entries.iter().find(|(name, _, _)| *name == key.name).map(|&(_, place, node)| (place, node))
+    }
+
+    fn ask(&self, key: &'static Key) -> Option<(Place, &'d Node)> {
+        self.asked.borrow_mut().push(key.name);
+        self.given(key)
+    }
+
+    fn record(&self, key: &Key, shown: String, is_default: bool) {
+        let value = Value { path: self.path_of(key.name), value: shown, is_default, doc: key.doc };
+        self.log.values.borrow_mut().push(value);
+    }
+
+    fn missing(&self, key: &Key) {
+        if !self.meant.contains(&key.name) {
+            self.mistake(
+                self.place,
+                self.path_of(key.name),
+                format!("missing; expected {}", key.kind.expected()),
+                None,
+            );
+        }
+    }
+
+    /// Reads a key; `None` where it is absent without a default, or wrong (which is reported).
+    fn read<T>(&self, key: &'static Key, convert: impl Fn(&Node) -> Result<T, Mismatch>) -> Option<T> {
+        let default;
+        let (node, is_default) = match (self.ask(key), key.default) {
+            (Some((_, node)), _) => (node, false),
+            (None, Fallback::Is(text)) => {
+                default = tree::parse_value(text, self.place)?;
+                (&default, true)
+            }
+            (None, Fallback::From(_)) => return None,
+            (None, Fallback::Required) => {
+                self.missing(key);
+                return None;
+            }
+        };
+        match convert(node) {
+            Ok(value) => {
+                self.record(key, show(&key.kind, node), is_default);
+                Some(value)
+            }
+            Err((found, hint)) => {
+                let message = format!("expected {}, found {found}", key.kind.expected());
+                self.mistake(node.place, self.path_of(key.name), message, hint);
+                None
+            }
+        }
+    }
+
+    /// A number in SI units, where it is given or has a default.
+    pub fn optional_number(&self, key: &'static Key) -> Option<f64> {
+        self.read(key, |node| match key.kind {
+            Kind::Number(quantity, range) => {
+                let (value, found) = si_value(node, quantity)?;
+                if range.contains(value) { Ok(value) } else { Err((found, None)) }
+            }
+            _ => Err(mismatch(node)),
+        })
+    }
+
+    /// A number in SI units.
+    pub fn number(&self, key: &'static Key) -> f64 {
+        self.optional_number(key).unwrap_or(f64::NAN)
+    }
+
+    /// A number in SI units whose default follows from other keys.
+    pub fn number_or(&self, key: &'static Key, default: impl FnOnce() -> f64) -> f64 {
+        self.optional_number(key).unwrap_or_else(|| {
+            let default = default();
+            if let Kind::Number(quantity, _) = key.kind {
+                self.record(key, show_si(default, quantity), true);
+            }
+            default
+        })
+    }
+
+    /// A whole number.
+    pub fn whole(&self, key: &'static Key) -> u64 {
+        let value = self.read(key, |node| match (key.kind, &node.item) {
+            (Kind::Whole(low, high), Item::Integer(value, _)) => match u64::try_from(*value) {
+                Ok(value) if (low..=high).contains(&value) => Ok(value),
+                _ => Err(mismatch(node)),
+            },
+            _ => Err(mismatch(node)),
+        });
+        value.unwrap_or(0)
+    }
+
+    /// A whole number that fits 32 bits, as its range says.
+    pub fn whole_u32(&self, key: &'static Key) -> u32 {
+        u32::try_from(self.whole(key)).unwrap_or(u32::MAX)
+    }
+
+    /// Three components in SI units, where they are given or have a default.
+    pub fn optional_vector(&self, key: &'static Key) -> Option<[f64; 3]> {
+        self.read(key, |node| {
+            let (Kind::Vector(quantity), Item::List(list)) = (key.kind, &node.item) else { return Err(mismatch(node)) };
+            let [x, y, z] = list.as_slice() else { return Err((format!("a list of {}", list.len()), None)) };
+            let component = |number: usize, node: &Node| match si_value(node, quantity) {
+                Ok((value, _)) if value.is_finite() => Ok(value),
+                Ok((_, found)) => Err((format!("{found} as component {number}"), None)),
+                Err((found, hint)) => Err((format!("{found} as component {number}"), hint)),
+            };
+            Ok([component(1, x)?, component(2, y)?, component(3, z)?])
+        })
+    }
+
+    /// Three components in SI units.
+    pub fn vector(&self, key: &'static Key) -> [f64; 3] {
+        self.optional_vector(key).unwrap_or([f64::NAN; 3])
+    }
+
+    /// Three components whose default follows from other keys.
+    pub fn vector_or(&self, key: &'static Key, default: [f64; 3]) -> [f64; 3] {
+        self.optional_vector(key).unwrap_or_else(|| {
+            if let Kind::Vector(quantity) = key.kind {
+                let shown = default.map(|component| show_si(component, &units::NUMBER)).join(", ");
+                self.record(key, format!("[{shown}] {}", quantity.unit), true);
+            }
+            default
+        })
+    }
+
+    /// A direction, normalised; a zero vector is reported.
+    pub fn direction(&self, key: &'static Key) -> [f64; 3] {
+        let vector = self.vector(key);
+        // Scaled first, so that neither tiny nor huge components lose their squares.
+        let largest = vector.iter().fold(0.0f64, |largest, component| largest.max(component.abs()));
+        if vector.iter().all(|component| *component == 0.0) {
+            self.reject(key, "expected a direction, found a vector of length zero");
+            return [f64::NAN; 3];
+        }
+        let scaled = vector.map(|component| component / largest);
+        let length = scaled.iter().map(|component| component * component).sum::<f64>().sqrt();
+        scaled.map(|component| component / length)
+    }
+
+    /// A text, where it is given.
+    pub fn optional_text(&self, key: &'static Key) -> Option<String> {
+        self.read(key, text)
+    }
+
+    /// A text.
+    pub fn text(&self, key: &'static Key) -> String {
+        self.optional_text(key).unwrap_or_default()
+    }
+
+    /// A list of texts, where it is given or has a default.
+    pub fn texts(&self, key: &'static Key) -> Option<Vec<String>> {
+        self.read(key, |node| match &node.item {
+            Item::List(list) => list.iter().map(text).collect(),
+            _ => Err(mismatch(node)),
+        })
+    }
+
+    /// True or false.
+    pub fn flag(&self, key: &'static Key) -> bool {
+        let value = self.read(key, |node| match node.item {
+            Item::Flag(flag) => Ok(flag),
+            _ => Err(mismatch(node)),
+        });
+        value.unwrap_or(false)
+    }
+
+    /// One of the key's words, where it is given or has a default.
+    pub fn optional_choice(&self, key: &'static Key) -> Option<&'static str> {
+        self.read(key, |node| {
+            let (Kind::Choice(words), Item::Text(text)) = (key.kind, &node.item) else { return Err(mismatch(node)) };
+            words.iter().map(|(word, _)| *word).find(|word| word == text).ok_or_else(|| {
+                let near = nearest(text, words.iter().map(|(word, _)| *word));
+                (node.item.describe(), near.map(|word| format!("did you mean \"{word}\"?")))
+            })
+        })
+    }
+
+    /// One of the key's words.
+    pub fn choice(&self, key: &'static Key) -> &'static str {
+        self.optional_choice(key).unwrap_or("")
+    }
+
+    /// Numbers under names the user chose.
+    pub fn numbers(&self, key: &'static Key) -> BTreeMap<String, f64> {
+        let (Some((place, node)), Kind::Numbers(quantity, range)) = (self.ask(key), key.kind) else {
+            return BTreeMap::new();
+        };
+        let Item::Table(entries) = &node.item else {
+            let message = format!("expected {}, found {}", key.kind.expected(), node.item.describe());
+            self.mistake(place, self.path_of(key.name), message, None);
+            return BTreeMap::new();
+        };
+        let mut numbers = BTreeMap::new();
+        for Entry { name, node, .. } in entries {
+            let path = format!("{}.{name}", self.path_of(key.name));
+            match si_value(node, quantity) {
+                Ok((value, _)) if range.contains(value) => {
+                    numbers.insert(name.clone(), value);
+                    let shown = show(&Kind::Number(quantity, range), node);
+                    let value = Value { path, value: shown, is_default: false, doc: key.doc };
+                    self.log.values.borrow_mut().push(value);
+                }
+                Ok((_, found)) | Err((found, _)) => {
+                    let message = format!("expected {}, found {found}", range.describe(quantity));
+                    self.mistake(node.place, path, message, None);
+                }
+            }
+        }
+        numbers
+    }
+
+    /// A table, where it is given; a plain value stands for the key its section names.
+    pub fn optional_table(&self, key: &'static Key) -> Option<Table<'d>> {
+        let given = self.ask(key);
+        if given.is_none() && key.default == Fallback::Required {
+            self.missing(key);
+        }
+        let (Some((place, node)), Kind::Table(section)) = (given, key.kind) else { return None };
+        let entries = match (&node.item, section.shorthand) {
+            (Item::Table(inner), _) => {
+                inner.iter().map(|entry| (entry.name.as_str(), entry.place, &entry.node)).collect()
+            }
+            (_, Some(short)) => vec![(short.name, place, node)],
+            _ => {
+                let message = format!("expected {}, found {}", key.kind.expected(), node.item.describe());
+                self.mistake(place, self.path_of(key.name), message, None);
+                return None;
+            }
+        };
+        Some(Self::open(self.log, section, self.path_of(key.name), place, entries))
+    }
+
+    /// A table, where absent one without entries: its keys take their defaults.
+    pub fn table(&self, key: &'static Key) -> Option<Table<'d>> {
+        let given = self.given(key).is_some();
+        match key.kind {
+            Kind::Table(section) if !given => {
+                self.asked.borrow_mut().push(key.name);
+                Some(Self::open(self.log, section, self.path_of(key.name), self.place, Vec::new()))
+            }
+            _ => self.optional_table(key),
+        }
+    }
+
+    /// Tables under names the user chose, in the order of the file.
+    pub fn named(&self, key: &'static Key) -> Vec<(String, Table<'d>)> {
+        let (Some((place, node)), Kind::Named(section)) = (self.ask(key), key.kind) else { return Vec::new() };
+        let Item::Table(entries) = &node.item else {
+            let message = format!("expected {}, found {}", key.kind.expected(), node.item.describe());
+            self.mistake(place, self.path_of(key.name), message, None);
+            return Vec::new();
+        };
+        let mut tables = Vec::new();
+        for Entry { name, place, node } in entries {
+            let path = format!("{}.{name}", self.path_of(key.name));
+            if stagger_messages::keys::check_name(name).is_err() {
+                self.mistake(*place, path, "expected a name of letters, digits, `-` and `_`".into(), None);
+                continue;
+            }
+            let Item::Table(inner) = &node.item else {
+                let message = format!("expected a table such as {}, found {}", section.example, node.item.describe());
+                self.mistake(node.place, path, message, None);
+                continue;
+            };
+            let inner = inner.iter().map(|entry| (entry.name.as_str(), entry.place, &entry.node)).collect();
+            tables.push((name.clone(), Self::open(self.log, section, path, *place, inner)));
+        }
+        tables
+    }
+
+    /// Reports the given keys that nothing asked for: they do not go with the others.
+    pub fn finish(self) {
+        for (name, place, _) in &self.entries {
+            let unused = |key: &&&Key| key.name == *name && !self.asked.borrow().contains(&key.name);
+            let Some(key) = self.section.keys.iter().find(unused) else { continue };
+            let message = match key.when {
+                Some((other, values)) => {
+                    let values: Vec<String> = values.iter().map(|value| format!("\"{value}\"")).collect();
+                    format!("applies only where {other} is {}", values.join(" or "))
+                }
+                None => "does not apply here".into(),
+            };
+            self.mistake(*place, self.path_of(name), message, None);
+        }
+    }
+}
+
+fn mismatch(node: &Node) -> Mismatch {
+    (node.item.describe(), None)
+}
+
+fn text(node: &Node) -> Result<String, Mismatch> {
+    match &node.item {
+        Item::Text(text) => Ok(text.clone()),
+        _ => Err(mismatch(node)),
+    }
+}
+
+/// The value in SI units, and how a message names it; a bare number is SI, a text carries its unit.
+fn si_value(node: &Node, quantity: &Quantity) -> Result<(f64, String), Mismatch> {
+    let text = match &node.item {
+        // Every whole number a scene can sensibly hold is exact in binary64.
+        Item::Integer(value, spelling) => return Ok((*value as f64, spelling.clone())),
+        Item::Float(value, spelling) => return Ok((*value, spelling.clone())),
+        Item::Text(text) => text,
+        _ => return Err(mismatch(node)),
+    };
+    let parsed = units::parse(text).map_err(|error| (format!("{text:?} ({error})"), None))?;
+    // Zero is zero in every unit.
+    if parsed.dimension == quantity.dimension || (!parsed.has_unit && parsed.value == 0.0) {
+        return Ok((parsed.value, text.clone()));
+    }
+    if parsed.has_unit {
+        return Err((format!("{text} ({})", parsed.dimension.describe()), None));
+    }
+    let hint = format!("write \"{text} {}\"; a number without quotes is in SI units", quantity.unit);
+    Err((format!("{text:?} without a unit"), Some(hint)))
+}
+
+/// A value as `check` shows it: as it was written, with the SI unit where it had none.
+fn show(kind: &Kind, node: &Node) -> String {
+    match (kind, &node.item) {
+        (Kind::Number(quantity, _), Item::Float(_, number) | Item::Integer(_, number)) => {
+            format!("{number} {}", quantity.unit).trim_end().into()
+        }
+        (Kind::Number(..) | Kind::Text | Kind::Choice(_), Item::Text(text)) => text.clone(),
+        (Kind::Vector(quantity), Item::List(list)) => {
+            let texts = list.iter().any(|node| matches!(node.item, Item::Text(_)));
+            let kind = Kind::Number(if texts { quantity } else { &units::NUMBER }, Range::ANY);
+            let shown = list.iter().map(|node| show(&kind, node)).collect::<Vec<_>>().join(", ");
+            format!("[{shown}] {}", if texts { "" } else { quantity.unit }).trim_end().into()
+        }
+        (Kind::Texts, Item::List(list)) => {
+            format!("[{}]", list.iter().map(|node| node.item.describe()).collect::<Vec<_>>().join(", "))
+        }
+        (_, item) => item.describe(),
+    }
+}
+
+/// A computed value, to six digits.
+fn show_si(value: f64, quantity: &Quantity) -> String {
+    let rounded = format!("{value:.5e}").parse().unwrap_or(value);
+    let plain = rounded == 0.0 || (1e-3..1e6).contains(&rounded.abs());
+    let number = if plain { format!("{rounded}") } else { format!("{rounded:e}") };
+    format!("{number} {}", quantity.unit).trim_end().into()
+}

@@ -1,0 +1,292 @@
+// Values are read here, not computed: they are equal to the last bit.
+#![allow(clippy::float_cmp)]
+
+use std::collections::BTreeSet;
+
+use proptest::prelude::*;
+
+use super::*;
+use crate::physics::{
+    optics::{Model, Path, Profile},
+    particles::{ContactLaw, Integrator, Start},
+    thermal::Conductance,
+};
+
+/// A scene that says as much as one scene can.
+const FULL: &str = r#"
+title = "all keys"
+duration = "1 ms"
+seed = 3
+
+[materials.copper]
+density = "8.96 g/cm^3"
+heat-capacity = "385 J/kg/K"
+conductivity = 400
+young = "110 GPa"
+poisson = 0.34
+absorption = "1e8 1/m"
+
+[particles]
+count = 10
+radius = { mean = "25 um", spread = "5 um" }
+material = "copper"
+start = { kind = "sequential-addition", box = ["1 mm", "1 mm", "2 mm"], at = [0, 0, "1 um"], velocity = ["0", 0, "-0.5 m/s"] }
+temperature = 310
+contact = { law = "overlap", stiffness = "2e9 Pa", exponent = 1.5, damping = 10.0, softening = { rate = 1, reference = "290 K", floor = "1e8 Pa" } }
+friction = { law = "regularised", stiffness = 1e12, static = 0.5, dynamic = 0.2 }
+drag = { law = "stokes", viscosity = "2.2e-5 Pa s", velocity = [1, 0, 0] }
+gravity = [0, 0, -1.62]
+spin = true
+integrator = { kind = "trapezoidal", phi = 1, tolerance = 1e-9, iterations = 7 }
+skin = 0.2
+
+[walls.z-plate]
+plane = { through = [0, 0, 0], normal = [0, 0, 2] }
+temperature = "320 K"
+
+[walls.a-box]
+box = { lower = ["-1 mm", "-1 mm", "-1 mm"], upper = ["3 mm", "3 mm", "3 mm"] }
+
+[thermal]
+conductance = "constriction"
+phi = 1
+tolerance = 1e-11
+iterations = 50
+
+[optics]
+fidelity = "beer-lambert"
+power = "40 W"
+absorption = "1e4 1/m"
+spacing = "5 um"
+profile = { kind = "top-hat", radius = "60 um" }
+direction = [0, 0, -3]
+path = { kind = "sweep", from = [0, 0, 0], to = ["1 mm", 0, 0], speed = "0.5 m/s" }
+starts = "0.1 ms"
+ends = "0.9 ms"
+pulses = { period = "100 us", on = "20 us" }
+
+[nodes.heat]
+physics = "thermal"
+
+[coupling]
+order = "jacobi"
+sequence = ["heat", "particles"]
+acceleration = "none"
+tolerance = { positions = 1e-5 }
+default-tolerance = 1e-7
+iterations = 9
+frozen = "held"
+dt = { start = "1 us", limit = "20 us", minimum = "1 ns", growth = 2 }
+
+[record]
+level = "accepted"
+every = 4
+"#;
+
+/// The least a scene with all physics says.
+const SHORT: &str = r#"
+duration = 1e-3
+[particles]
+count = 10
+radius = "25 um"
+start = { box = ["1 mm", "1 mm", "2 mm"] }
+[thermal]
+[optics]
+power = 40
+profile = { radius = "60 um" }
+path = { kind = "fixed", at = [0, 0, 0] }
+[coupling]
+dt = "1 us"
+"#;
+
+fn set(key: &str, value: &str) -> (String, String) {
+    (key.into(), value.into())
+}
+
+fn parse(text: &str, overrides: &[(&str, &str)]) -> Scene {
+    let overrides: Vec<_> = overrides.iter().map(|(key, value)| set(key, value)).collect();
+    Scene::parse(text, "x.toml", &overrides).unwrap_or_else(|problems| panic!("{problems}"))
+}
+
+#[test]
+fn every_value_of_a_scene_reaches_its_setting() {
+    let scene = parse(FULL, &[]);
+    assert_eq!((scene.title.as_str(), scene.duration_s, scene.seed), ("all keys", 1e-3, 3));
+    let particles = scene.particles.unwrap();
+    assert_eq!((particles.count, particles.radius_m, particles.radius_spread_m), (10, 2.5e-5, 5e-6));
+    assert_eq!((particles.density_kg_m3, particles.temperature_k, particles.seed), (8960.0, 310.0, 3));
+    let Start::SequentialAddition { lower_m, upper_m, velocity_m_s } = particles.start else { panic!("sequential") };
+    assert_eq!((lower_m, velocity_m_s), ([0.0, 0.0, 1e-6], [0.0, 0.0, -0.5]));
+    assert_eq!(upper_m, [1e-3, 1e-3, 1e-6 + 2e-3]);
+    let contact = particles.contact;
+    assert_eq!(contact.law, ContactLaw::Overlap { stiffness_pa: 2e9, exponent: 1.5 });
+    assert_eq!((contact.softening_rate, contact.softening_reference_k), (1.0, 290.0));
+    assert_eq!((contact.softening_floor_pa, contact.damping_n_s_m3), (1e8, 10.0));
+    let friction = particles.friction.unwrap();
+    assert_eq!((friction.stiffness_n_m3, friction.static_coefficient), (1e12, 0.5));
+    assert_eq!(friction.dynamic_coefficient, 0.2);
+    assert_eq!(particles.drag.unwrap().velocity_m_s, [1.0, 0.0, 0.0]);
+    assert_eq!((particles.gravity_m_s2, particles.spin, particles.skin), ([0.0, 0.0, -1.62], true, 0.2));
+    assert_eq!(particles.integrator, Integrator::Trapezoidal { phi: 1.0, tolerance: 1e-9, iterations: 7 });
+    assert!(particles.reads_temperature);
+
+    // Walls keep the order of the file, which is not that of their names; normals are unit vectors.
+    let names: Vec<&str> = scene.walls.iter().map(|wall| wall.name.as_str()).collect();
+    assert_eq!(names, ["z-plate", "a-box"]);
+    assert_eq!(scene.walls[0].planes[0].normal, [0.0, 0.0, 1.0]);
+    assert_eq!((scene.walls[0].temperature_k, scene.walls[1].temperature_k), (Some(320.0), None));
+    assert_eq!(scene.walls[1].planes.len(), 6);
+    assert!(scene.walls[1].planes.iter().all(|plane| {
+        // The box's centre is inside.
+        (0..3).map(|axis| (1e-3 - plane.through[axis]) * plane.normal[axis]).sum::<f64>() > 0.0
+    }));
+
+    let thermal = scene.thermal.unwrap();
+    assert_eq!((thermal.heat_capacity_j_kg_k, thermal.conductivity_w_m_k), (385.0, 400.0));
+    assert_eq!((thermal.conductance, thermal.phi, thermal.iterations), (Conductance::Constriction, 1.0, 50));
+    assert!(thermal.reads_absorbed_power && thermal.walls == scene.walls);
+    let optics = scene.optics.unwrap();
+    assert_eq!(optics.model, Model::BeerLambert { absorption_1_m: 1e4, spacing_m: 5e-6 });
+    assert_eq!(optics.beam.profile, Profile::TopHat { radius_m: 6e-5 });
+    assert_eq!((optics.beam.direction, optics.beam.power_w), ([0.0, 0.0, -1.0], 40.0));
+    assert!(matches!(optics.beam.path, Path::Sweep { speed_m_s: 0.5, .. }));
+    assert_eq!((optics.beam.starts_s, optics.beam.ends_s), (1e-4, 9e-4));
+    assert_eq!(optics.beam.pulses.unwrap().on_s, 2e-5);
+    assert_eq!(scene.nodes["heat"].physics.as_deref(), Some("thermal"));
+    let coupling = scene.coupling;
+    assert_eq!(coupling.tolerance["positions"], 1e-5);
+    assert_eq!((coupling.default_tolerance, coupling.iterations, coupling.interpolate), (1e-7, 9, false));
+    assert_eq!((coupling.dt.start_s, coupling.dt.limit_s), (1e-6, 2e-5));
+    assert_eq!((coupling.dt.minimum_s, coupling.dt.growth), (1e-9, 2.0));
+    assert_eq!((scene.record.level, scene.record.every), (Level::Accepted, 4));
+}
+
+#[test]
+fn defaults_are_those_of_the_reference_and_are_shown() {
+    let scene = parse(SHORT, &[]);
+    assert_eq!(scene.title, "x.toml");
+    let particles = scene.particles.unwrap();
+    assert_eq!((particles.density_kg_m3, particles.radius_spread_m), (7950.0, 0.0));
+    let Start::SequentialAddition { lower_m, .. } = particles.start else { panic!("sequential") };
+    assert_eq!(lower_m, [-5e-4, -5e-4, 0.0]);
+    assert_eq!((particles.gravity_m_s2, particles.spin), ([0.0, 0.0, -9.81], false));
+    assert!(!particles.reads_temperature && particles.friction.is_none() && particles.drag.is_none());
+    assert_eq!(scene.optics.unwrap().model, Model::BeerLambert { absorption_1_m: 5e7, spacing_m: 2.5e-5 / 4.0 });
+    assert_eq!((scene.coupling.dt.limit_s, scene.coupling.dt.minimum_s), (1e-6, 1e-6 / 1000.0));
+    let shown = |path: &str| scene.effective.iter().find(|value| value.path == path).unwrap();
+    assert_eq!(shown("particles.radius.mean").value, "25 um");
+    assert!(!shown("particles.radius.mean").is_default);
+    assert_eq!(shown("optics.spacing").value, "6.25e-6 m");
+    assert!(shown("optics.spacing").is_default);
+    assert_eq!(shown("particles.gravity").value, "[0, 0, -9.81] m/s^2");
+}
+
+#[test]
+fn a_physics_that_is_not_named_does_not_run_and_nobody_reads_it() {
+    let cold = SHORT.replace("[thermal]\n", "").replace("count = 10\n", "count = 10\ncontact.softening.rate = 1\n");
+    assert!(!parse(&cold, &[]).particles.unwrap().reads_temperature);
+    assert!(parse(&cold, &[("thermal.phi", "0.5")]).particles.unwrap().reads_temperature);
+    let scene = parse("duration = 1\n[coupling]\ndt = 1", &[]);
+    assert!(scene.particles.is_none() && scene.thermal.is_none() && scene.optics.is_none());
+    let heat_only = parse("duration = 1\n[thermal]\n[coupling]\ndt = 1", &[]);
+    assert!(!heat_only.thermal.unwrap().reads_absorbed_power);
+    // A program in the place of the laser is read all the same.
+    let own = parse("duration = 1\n[thermal]\n[nodes.optics]\ncommand = [\"laser\"]\n[coupling]\ndt = 1", &[]);
+    assert!(own.thermal.unwrap().reads_absorbed_power);
+}
+
+#[test]
+fn overrides_replace_values_and_change_the_hash() {
+    let plain = parse(SHORT, &[]);
+    let scene = parse(
+        SHORT,
+        &[
+            ("particles.count", "20"),
+            ("particles.radius", "30 um"),
+            ("coupling.dt", "{ start = \"2 us\", limit = \"4 us\" }"),
+            ("particles.contact", "hertz"),
+            ("walls.floor.plane.normal", "[0, 0, 1]"),
+            ("optics.fidelity", "energy-balance"),
+        ],
+    );
+    let particles = scene.particles.unwrap();
+    assert_eq!((particles.count, particles.radius_m), (20, 3e-5));
+    assert_eq!(particles.contact.law, ContactLaw::Hertz { young_pa: 193e9, poisson: 0.3 });
+    assert_eq!(scene.coupling.dt.limit_s, 4e-6);
+    assert_eq!(scene.walls[0].name, "floor");
+    assert_eq!(scene.optics.unwrap().model, Model::EnergyBalance);
+    assert_ne!(scene.hash, plain.hash);
+    assert_eq!(plain.hash, stagger_messages::codec::hash(SHORT.as_bytes()));
+}
+
+/// The reference's path of a value: a name the user chose becomes NAME.
+fn reference_path(path: &str) -> String {
+    let parts: Vec<&str> = path.split('.').collect();
+    match parts.as_slice() {
+        [named @ ("walls" | "materials" | "nodes"), _, rest @ ..] => {
+            std::iter::once(*named).chain(["NAME"]).chain(rest.iter().copied()).collect::<Vec<_>>().join(".")
+        }
+        ["coupling", "tolerance", ..] => "coupling.tolerance".into(),
+        _ => path.into(),
+    }
+}
+
+#[test]
+fn every_key_of_the_reference_is_read_and_every_value_read_is_in_it() {
+    let others: [&[(&str, &str)]; 4] = [
+        &[],
+        &[
+            ("particles.contact", "{ law = \"hertz\", young = \"1 GPa\", poisson = 0.2 }"),
+            ("nodes.heat", "{ command = [\"x\"] }"),
+        ],
+        &[
+            ("particles.integrator", "{ substep = \"1 ns\" }"),
+            ("optics.profile", "{ kind = \"exponential\", decay = 1e4 }"),
+        ],
+        &[("optics.path", "{ kind = \"fixed\", at = [0, 0, 0] }")],
+    ];
+    let read: BTreeSet<String> = others
+        .iter()
+        .flat_map(|overrides| parse(FULL, overrides).effective)
+        .map(|value| reference_path(&value.path))
+        .collect();
+    let mut documented = BTreeSet::new();
+    for section in Scene::reference().tree() {
+        for key in section.keys {
+            if !matches!(key.kind, Kind::Table(_) | Kind::Named(_)) {
+                documented.insert([section.path, key.name].join(".").trim_start_matches('.').to_owned());
+            }
+        }
+    }
+    assert_eq!(read, documented);
+}
+
+#[test]
+fn conditions_name_keys_and_words_that_exist() {
+    for section in Scene::reference().tree() {
+        for key in section.keys {
+            let Some((other, values)) = key.when else { continue };
+            let other = section.keys.iter().find(|key| key.name == other).unwrap();
+            let Kind::Choice(words) = other.kind else { panic!("{} is no choice", other.name) };
+            assert!(values.iter().all(|value| words.iter().any(|(word, _)| word == value)), "{}", key.name);
+        }
+    }
+}
+
+proptest! {
+    #[test]
+    fn no_text_makes_it_panic(text in ".{0,200}") {
+        let _ = Scene::parse(&text, "x.toml", &[]);
+    }
+
+    #[test]
+    fn no_override_makes_it_panic(key in "[a-z.-]{0,20}|particles\\.(radius|start|contact)", value in ".{0,20}") {
+        let _ = Scene::parse(FULL, "x.toml", &[set(&key, &value)]);
+    }
+
+    #[test]
+    fn no_cut_of_a_scene_makes_it_panic(end in 0..FULL.len()) {
+        // The text is ASCII, so every cut is a text.
+        let _ = Scene::parse(&FULL[..end], "x.toml", &[]);
+    }
+}
