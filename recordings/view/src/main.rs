@@ -1,2 +1,176 @@
-//! view
-fn main() {}
+//! Shows a stagger recording, or a run under way, in the Rerun viewer.
+
+mod arguments;
+mod colour;
+mod frame;
+mod layout;
+mod plots;
+mod show;
+
+use std::{
+    error::Error,
+    io::{self, Read},
+    path::Path,
+    process::ExitCode,
+};
+
+use arguments::Arguments;
+use colour::Range;
+use frame::{Overview, bounds_m, values};
+use plots::{Plots, accepts};
+use show::{Moment, Show};
+use stagger_recordings::{Messages, Recording, RunInfo, Step, Steps, messages_from};
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    if arguments.iter().any(|argument| argument == "--help" || argument == "-h") {
+        println!("{}", arguments::USAGE);
+        return ExitCode::SUCCESS;
+    }
+    let arguments = match arguments::parse(arguments) {
+        Ok(arguments) => arguments,
+        Err(mistake) => {
+            eprintln!("error: {mistake}\n{}", arguments::USAGE);
+            return ExitCode::from(2);
+        }
+    };
+    match run(&arguments) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
+    match &arguments.input {
+        Some(path) => {
+            let (recording, overview) = survey(path)?;
+            let mut player = Player::open(arguments, &recording.info)?;
+            if let Some(overview) = overview {
+                player.set_up(overview)?;
+            }
+            player.play(recording.messages()?)
+        }
+        None => {
+            let messages = messages_from(io::stdin().lock())?;
+            Player::open(arguments, &messages.info)?.play(messages)
+        }
+    }
+}
+
+/// Reads a recording through for what holds for all its pictures: the range of the colours, the unit, the camera.
+fn survey(path: &Path) -> Result<(Recording, Option<Overview>), Box<dyn Error>> {
+    let recording = Recording::open(path)?;
+    let (mut steps, mut range, mut last) = (Steps::default(), Range::EMPTY, None::<Step>);
+    let mut see = |step: Step| {
+        range.include(&values(&step.fields).map(|(_, values)| values).unwrap_or_default());
+        if bounds_m(&step.fields).is_some() {
+            last = Some(step);
+        }
+    };
+    for message in recording.messages()? {
+        // The second reading says what is wrong with a message.
+        if let Some(step) = message.ok().and_then(|message| steps.take(message).step) {
+            see(step);
+        }
+    }
+    steps.end().into_iter().for_each(see);
+    let overview = last.and_then(|step| Overview::new(&step, range, true));
+    Ok((recording, overview))
+}
+
+/// Follows a run and shows it.
+struct Player {
+    show: Show,
+    steps: Steps,
+    plots: Plots,
+    /// `None` until there are particles to show.
+    overview: Option<Overview>,
+    /// Whether the colours' range is known to hold for the whole run.
+    surveyed: bool,
+    contacts: bool,
+}
+
+impl Player {
+    fn open(arguments: &Arguments, info: &RunInfo) -> Result<Self, Box<dyn Error>> {
+        let show = Show::open(&arguments.target, &info.run)?;
+        show.text(description(info))?;
+        let (steps, plots) = (Steps::default(), Plots::default());
+        Ok(Self { show, steps, plots, overview: None, surveyed: false, contacts: arguments.contacts })
+    }
+
+    fn set_up(&mut self, overview: Overview) -> Result<(), Box<dyn Error>> {
+        self.show.arrange(&overview)?;
+        self.show.legend(&overview)?;
+        self.surveyed = overview.duration_s.is_some();
+        self.overview = Some(overview);
+        Ok(())
+    }
+
+    fn play<R: Read>(mut self, messages: Messages<R>) -> Result<(), Box<dyn Error>> {
+        for message in messages {
+            let progress = match message {
+                Ok(message) => self.steps.take(message),
+                Err(error) => {
+                    eprintln!("warning: {error}");
+                    continue;
+                }
+            };
+            if let Some(outcome) = &progress.outcome {
+                let state = accepts(outcome).then_some((outcome.decision.t_s, outcome.version.step));
+                let moment = Moment { state, iteration: outcome.iteration };
+                let mut points = self.plots.iteration(outcome);
+                if accepts(outcome) {
+                    points.extend(self.plots.accepted(outcome, self.steps.accounts().ledger()));
+                }
+                self.show.points(&points, moment)?;
+            }
+            if let Some(step) = progress.step {
+                self.step(&step)?;
+            }
+        }
+        if let Some(step) = self.steps.end() {
+            self.step(&step)?;
+        }
+        Ok(self.show.finish()?)
+    }
+
+    fn step(&mut self, step: &Step) -> Result<(), Box<dyn Error>> {
+        if !step.recorded {
+            return Ok(());
+        }
+        let mut seen = Range::EMPTY;
+        seen.include(&values(&step.fields).map(|(_, values)| values).unwrap_or_default());
+        if self.overview.is_none()
+            && let Some(overview) = Overview::new(step, seen, false)
+        {
+            self.set_up(overview)?;
+        }
+        if let Some(overview) = &mut self.overview {
+            // The pictures of a run under way keep the colours of their time; the legend follows the newest.
+            if !self.surveyed && overview.range.grow(seen) {
+                self.show.legend(overview)?;
+            }
+            let moment =
+                Moment { state: Some((step.t_s, step.version.step)), iteration: self.steps.accounts().iterations() };
+            self.show.frame(overview.frame(&step.fields, self.contacts), moment)?;
+            self.show.points(&self.plots.state(step), moment)?;
+        }
+        Ok(())
+    }
+}
+
+/// What a recording says about its run, in Markdown.
+fn description(info: &RunInfo) -> String {
+    let mut text =
+        format!("**{}** of `{}`, seed {}, recorded by {}\n", info.run, info.scene_file, info.seed, info.program);
+    for (key, value) in &info.overrides {
+        text += &format!("\n- `{key} = {value}` (set on the command line)");
+    }
+    for (key, value) in &info.machine {
+        text += &format!("\n- {key}: {value}");
+    }
+    text + &format!("\n\n```toml\n{}\n```\n", info.scene_text.trim_end())
+}

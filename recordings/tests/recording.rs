@@ -1,0 +1,341 @@
+//! What is written can be read: whole, cut off anywhere, thinned; and a disk that fails says so.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests fail as the tests themselves do")]
+
+mod synthetic;
+
+use std::{
+    collections::BTreeMap,
+    io::{self, Write},
+    sync::{Arc, Mutex},
+    thread,
+    time::{Duration, Instant},
+};
+
+use bytes::Bytes;
+use stagger_messages::{Verdict, Version, codec};
+use stagger_recordings::{
+    Body, Exchange, Level, Message, Recorded, Recorder, RecorderOptions, Recording, RecordingError, Step, Steps,
+    Summary, messages_from,
+};
+use synthetic::{ITERATIONS, Script, exchanges, info};
+
+const SMALL: Script = Script { particles: 12, steps: 55, dt_s: 1e-4 };
+
+/// A file in memory that can be looked at while it is written.
+#[derive(Clone, Default)]
+struct Shared(Arc<Mutex<Vec<u8>>>);
+
+impl Write for Shared {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.lock().unwrap().extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+fn record(exchanges: &[Exchange], options: RecorderOptions) -> (Vec<u8>, Recorded) {
+    let file = Shared::default();
+    let recorder = Recorder::create(file.clone(), &info(), options).unwrap();
+    let sender = recorder.sender();
+    exchanges.iter().for_each(|exchange| sender.push(exchange.clone()).unwrap());
+    let recorded = recorder.finish().unwrap();
+    let bytes = file.0.lock().unwrap().clone();
+    (bytes, recorded)
+}
+
+fn thinned(every: u64) -> RecorderOptions {
+    RecorderOptions { level: Level::Accepted, every, ..RecorderOptions::default() }
+}
+
+fn read(bytes: &[u8]) -> Vec<Message> {
+    messages_from(bytes).unwrap().map(Result::unwrap).collect()
+}
+
+/// Topic and content of a message, for comparing.
+fn print(message: &Message) -> String {
+    format!("{} {} {:?}", message.topic, message.log_time_ns, message.body)
+}
+
+fn steps(messages: Vec<Message>) -> Vec<Step> {
+    let mut steps = Steps::default();
+    let mut reached: Vec<Step> = messages.into_iter().filter_map(|message| steps.take(message).step).collect();
+    reached.extend(steps.end());
+    reached
+}
+
+#[test]
+fn every_exchange_comes_back_bit_for_bit_and_in_order() {
+    let sent = exchanges(SMALL);
+    let (bytes, recorded) = record(&sent, RecorderOptions::default());
+    let messages = read(&bytes);
+    assert_eq!(messages.len(), sent.len());
+    assert_eq!(recorded.messages, sent.len() as u64);
+    assert_eq!((recorded.lost, recorded.malformed, recorded.file_bytes), (0, 0, bytes.len() as u64));
+    for (exchange, message) in sent.iter().zip(&messages) {
+        match (exchange, &message.body) {
+            (Exchange::Field { topic, attachment, payload }, Body::Field(received)) => {
+                let expected = codec::decode_field(attachment, payload.clone()).unwrap();
+                assert_eq!((topic, &expected.envelope), (&message.topic, &received.envelope));
+                assert_eq!(expected.same_as, received.same_as);
+                assert_eq!(expected.field, received.field);
+            }
+            (Exchange::Control { topic, .. }, Body::Directive(_) | Body::Report(_) | Body::Manifest(_)) => {
+                assert_eq!(topic, &message.topic);
+            }
+            (exchange, body) => panic!("{exchange:?} came back as {body:?}"),
+        }
+    }
+    assert!(messages.is_sorted_by_key(|message| message.log_time_ns), "log_time went backwards");
+    // The last window starts at 54 steps of 100 us, and its decision names the end of it.
+    assert_eq!(messages.last().unwrap().log_time_ns, 5_500_000);
+    let mut stream = messages_from(bytes.as_slice()).unwrap();
+    assert_eq!(stream.info, info());
+    assert!(stream.by_ref().all(|message| message.is_ok()) && stream.complete());
+}
+
+#[test]
+fn a_file_cut_anywhere_reads_as_a_beginning_of_the_whole() {
+    let script = Script { particles: 40, steps: 30, dt_s: 1e-4 };
+    let (bytes, _) = record(&exchanges(script), RecorderOptions::default());
+    let whole: Vec<String> = read(&bytes).iter().map(print).collect();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("cut.mcap");
+    let mut most = 0;
+    // Every length of the head and of the tail, and lengths without a common factor with anything in between.
+    let lengths = (0..3000).chain((3000..bytes.len()).step_by(997)).chain(bytes.len() - 400..=bytes.len());
+    for length in lengths {
+        std::fs::write(&path, &bytes[..length]).unwrap();
+        let recording = match Recording::open(&path) {
+            Ok(recording) => recording,
+            // Before the run's description there is nothing to read, and the error says so.
+            Err(RecordingError::NoRun(_)) if length < 3000 => continue,
+            Err(error) => panic!("cut at {length}: {error}"),
+        };
+        assert_eq!(recording.complete, length == bytes.len(), "cut at {length}");
+        let read: Vec<String> = recording.messages().unwrap().map(|message| print(&message.unwrap())).collect();
+        assert!(read.len() <= whole.len() && read[..] == whole[..read.len()], "cut at {length}");
+        most = most.max(read.len());
+        assert!(Summary::of(&recording).is_ok(), "cut at {length}");
+    }
+    assert_eq!(most, whole.len());
+}
+
+#[test]
+fn a_killed_run_leaves_what_was_pushed_a_second_ago() {
+    let sent = exchanges(SMALL);
+    let file = Shared::default();
+    let recorder = Recorder::create(file.clone(), &info(), RecorderOptions::default()).unwrap();
+    let sender = recorder.sender();
+    sent.iter().for_each(|exchange| sender.push(exchange.clone()).unwrap());
+    // Nothing more is pushed: the recorder must flush by itself. Twice the promised second, for a busy machine.
+    let patience = Instant::now() + Duration::from_secs(2);
+    while Instant::now() < patience {
+        thread::sleep(Duration::from_millis(20));
+        let so_far = file.0.lock().unwrap().clone();
+        if read(&so_far).len() == sent.len() {
+            return;
+        }
+    }
+    panic!("{} of {} messages after two seconds", read(&file.0.lock().unwrap()).len(), sent.len());
+}
+
+#[test]
+fn damage_inside_a_file_is_an_error_or_loses_nothing_but_never_a_panic() {
+    let (bytes, _) = record(&exchanges(Script { particles: 3, steps: 4, dt_s: 1e-4 }), RecorderOptions::default());
+    for at in (0..bytes.len()).step_by(7) {
+        let mut damaged = bytes.clone();
+        damaged[at] ^= 0xff;
+        if let Ok(messages) = messages_from(damaged.as_slice()) {
+            messages.for_each(drop);
+        }
+    }
+    assert!(matches!(messages_from(&b"PK\x03\x04 no recording"[..]), Err(RecordingError::NotMcap)));
+}
+
+#[test]
+fn accepted_only_holds_each_accepted_field_once_and_all_control() {
+    let sent = exchanges(SMALL);
+    let (all, _) = record(&sent, RecorderOptions::default());
+    let (accepted, _) = record(&sent, thinned(1));
+    let (all, accepted) = (read(&all), read(&accepted));
+    let control = |messages: &[Message]| messages.iter().filter(|m| !matches!(m.body, Body::Field(_))).count();
+    assert_eq!(control(&all), control(&accepted));
+    let positions = accepted.iter().filter(|message| message.topic == "field/particles/positions");
+    let versions: Vec<Version> = positions
+        .map(|message| match &message.body {
+            Body::Field(received) => received.envelope.version.unwrap(),
+            body => panic!("{body:?}"),
+        })
+        .collect();
+    assert_eq!(versions.len() as u64, SMALL.steps + 1);
+    // Step 25 was rejected once: its second attempt is the one that counts.
+    assert_eq!(versions[25], Version { step: 25, attempt: 2, iteration: ITERATIONS });
+    assert!(accepted.is_sorted_by_key(|message| message.log_time_ns));
+}
+
+#[test]
+fn a_thinned_recording_gives_the_same_states_as_the_whole_one() {
+    let sent = exchanges(SMALL);
+    let states = |options| steps(read(&record(&sent, options).0));
+    let whole = states(RecorderOptions::default());
+    assert_eq!(whole.len() as u64, SMALL.steps + 1);
+    for every in [1, 2, 7, 1000] {
+        let kept: BTreeMap<u64, Step> = states(thinned(every))
+            .into_iter()
+            .filter(|step| step.recorded)
+            .map(|step| (step.version.step, step))
+            .collect();
+        let expected: Vec<u64> = (0..=SMALL.steps).filter(|step| step % every == 0 || *step == SMALL.steps).collect();
+        assert_eq!(kept.keys().copied().collect::<Vec<_>>(), expected, "every {every}");
+        for (number, step) in &kept {
+            let full = &whole[*number as usize];
+            // radii and contact_pairs are sent as references most of the time; they must be resolved all the same.
+            assert_eq!(step.fields, full.fields, "step {number}, every {every}");
+            assert_eq!(step.fields.len(), 8);
+        }
+    }
+    let size = |options| record(&sent, options).1.field_bytes;
+    assert!(size(thinned(7)) < size(thinned(1)) && size(thinned(1)) < size(RecorderOptions::default()));
+}
+
+#[test]
+fn losses_are_counted_and_repetitions_recorded_once() {
+    let mut sent = exchanges(SMALL);
+    let (_, whole) = record(&sent, RecorderOptions::default());
+    let fields: Vec<usize> = (0..sent.len())
+        .filter(|&i| matches!(&sent[i], Exchange::Field { topic, .. } if topic.ends_with("velocities")))
+        .collect();
+    // A reply is sent again under new numbers; the next messages of that node follow on.
+    let last = fields[fields.len() - 1];
+    let Exchange::Field { topic, attachment, payload } = sent[last].clone() else { panic!("a field was picked") };
+    let mut received = codec::decode_field(&attachment, payload.clone()).unwrap();
+    received.envelope.sequence = u64::from(u32::MAX);
+    let again = codec::field_attachment(&received.envelope, received.field.as_ref().unwrap(), None);
+    sent.push(Exchange::Field { topic, attachment: again.into(), payload });
+    let highest = received.envelope.sequence;
+    let (_, repeated) = record(&sent, RecorderOptions::default());
+    assert_eq!(repeated.messages, whole.messages);
+    // The particles sent four fields and a report for the start and for each iteration, of which none is missing; all
+    // numbers between the last of them and the repetition's are.
+    let iterations = SMALL.steps * u64::from(ITERATIONS) + 2 * u64::from(ITERATIONS - 1);
+    assert_eq!(repeated.lost, highest - 5 * (1 + iterations));
+    sent.pop();
+    for (gone, index) in [fields[10], fields[30], fields[31]].into_iter().rev().zip(1..) {
+        sent.remove(gone);
+        assert_eq!(record(&sent, RecorderOptions::default()).1.lost, index);
+    }
+}
+
+/// A disk that takes so many bytes and then fails.
+struct Full(usize);
+
+impl Write for Full {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let Some(rest) = self.0.checked_sub(bytes.len()) else {
+            return Err(io::Error::new(io::ErrorKind::StorageFull, "no space left on device"));
+        };
+        self.0 = rest;
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+#[test]
+fn a_full_disk_ends_in_an_error_and_nobody_waits_for_it() {
+    let options = RecorderOptions { queue_bytes: 10_000, ..RecorderOptions::default() };
+    let recorder = Recorder::create(Full(100_000), &info(), options).unwrap();
+    let sender = recorder.sender();
+    // Far more than the disk and the queue hold: a recorder that hung would make this wait for ever.
+    let payload = Bytes::from(vec![0u8; 8000]);
+    let refused = exchanges(SMALL).iter().cycle().take(1_000_000).find_map(|exchange| {
+        let exchange = match exchange.clone() {
+            Exchange::Field { topic, attachment, .. } => {
+                Exchange::Field { topic, attachment, payload: payload.clone() }
+            }
+            control => control,
+        };
+        sender.push(exchange).err()
+    });
+    let refused = refused.expect("the disk is full, so some push must fail");
+    assert!(refused.to_string().contains("no space left on device"), "{refused}");
+    let error = recorder.finish().unwrap_err();
+    assert!(matches!(&error, RecordingError::Write(cause) if cause.contains("no space")), "{error}");
+    assert!(Recorder::create(Full(10), &info(), RecorderOptions::default()).is_err());
+}
+
+/// A disk that waits until it is told to go on.
+struct Slow(Arc<Mutex<()>>);
+
+impl Write for Slow {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        drop(self.0.lock().unwrap());
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+#[test]
+fn a_slow_disk_makes_the_sender_wait_and_drops_nothing() {
+    let gate = Arc::new(Mutex::new(()));
+    let options = RecorderOptions { queue_bytes: 50_000, ..RecorderOptions::default() };
+    let recorder = Recorder::create(Slow(Arc::clone(&gate)), &info(), options).unwrap();
+    let sender = recorder.sender();
+    let sent = exchanges(Script { particles: 2000, steps: 60, dt_s: 1e-4 });
+    let count = sent.len() as u64;
+    let closed = gate.lock().unwrap();
+    let pusher = thread::spawn(move || sent.into_iter().for_each(|exchange| sender.push(exchange).unwrap()));
+    // The chunk under way takes 4 MiB, the queue 50 kB, and about 25 MB are to be written: the sender cannot finish.
+    thread::sleep(Duration::from_millis(1500));
+    assert!(!pusher.is_finished());
+    drop(closed);
+    pusher.join().unwrap();
+    assert_eq!(recorder.finish().unwrap().messages, count);
+}
+
+#[test]
+fn a_summary_tells_what_happened() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    std::fs::write(&path, record(&exchanges(SMALL), RecorderOptions::default()).0).unwrap();
+    let recording = Recording::open(&path).unwrap();
+    assert_eq!(recording.info, info());
+    let summary = Summary::of(&recording).unwrap();
+    assert_eq!((summary.steps_accepted, summary.steps_rejected), (SMALL.steps, 2));
+    assert_eq!(summary.iterations, SMALL.steps * u64::from(ITERATIONS) + 2 * u64::from(ITERATIONS - 1));
+    assert!((summary.simulated_time_s - 5.5e-3).abs() < 1e-12);
+    assert_eq!((summary.complete, summary.completed, summary.lost), (true, Some(true), Some(0)));
+    assert_eq!(summary.nodes["thermal"].solves, summary.iterations);
+    assert_eq!(summary.topics["field/particles/positions"].messages, summary.iterations + 1);
+    // The made-up ledgers balance up to the rounding of some hundred sums.
+    assert!(summary.imbalance.values().all(|share| share.abs() < 1e-12), "{:?}", summary.imbalance);
+    let text = summary.to_string();
+    for expected in
+        ["completed", "5.500 ms simulated, 55 steps accepted, 2 rejected", "field/thermal/temperature", "to_walls"]
+    {
+        assert!(text.contains(expected), "{expected} is missing from\n{text}");
+    }
+    assert!(text.lines().all(|line| line.chars().count() <= 100), "{text}");
+    assert!(serde_json::to_string(&summary).unwrap().contains("\"steps_accepted\":55"));
+}
+
+#[test]
+fn outcomes_come_with_the_reports_they_were_made_from() {
+    let (bytes, _) = record(&exchanges(SMALL), RecorderOptions::default());
+    let mut steps = Steps::default();
+    let outcomes: Vec<_> = read(&bytes).into_iter().filter_map(|message| steps.take(message).outcome).collect();
+    assert!(outcomes.iter().zip(1..).all(|(outcome, number)| outcome.iteration == number));
+    assert!(outcomes.iter().all(|outcome| outcome.reports.len() == 3));
+    let rejected: Vec<Version> =
+        outcomes.iter().filter(|it| it.decision.verdict() == Verdict::Reject).map(|it| it.version).collect();
+    assert_eq!(rejected.iter().map(|version| version.step).collect::<Vec<_>>(), [25, 50]);
+}

@@ -1,0 +1,95 @@
+//! The command line.
+
+use std::path::PathBuf;
+
+/// How to call the program.
+pub const USAGE: &str = "\
+usage: stagger-view FILE|- [--save OUT.rrd | --connect URL] [--contacts]
+
+  FILE         a recording (.mcap); `-` reads the stream of a run under way from standard input
+  --save       writes a Rerun recording instead of starting a viewer
+  --connect    sends to a viewer that runs already, such as rerun+http://127.0.0.1:9876/proxy
+  --contacts   draws contacts as lines between the centres, and the particles smaller";
+
+/// What is asked for.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Arguments {
+    /// The recording; `None` for standard input.
+    pub input: Option<PathBuf>,
+    /// Where the pictures go.
+    pub target: Target,
+    /// Whether contacts are drawn.
+    pub contacts: bool,
+}
+
+/// Where the pictures go.
+#[derive(Debug, PartialEq, Eq)]
+pub enum Target {
+    /// To a viewer that is started for it.
+    Viewer,
+    /// To a file.
+    File(PathBuf),
+    /// To a viewer that runs already.
+    Connect(String),
+}
+
+/// Reads the command line without the program's name; an error is a sentence to print above the usage.
+pub fn parse(arguments: impl IntoIterator<Item = String>) -> Result<Arguments, String> {
+    let mut arguments = arguments.into_iter();
+    let (mut input, mut target, mut contacts) = (None, None, false);
+    while let Some(argument) = arguments.next() {
+        let mut value = || arguments.next().ok_or(format!("`{argument}` needs a value"));
+        let chosen = match argument.as_str() {
+            "--contacts" => {
+                contacts = true;
+                continue;
+            }
+            "--save" => Target::File(value()?.into()),
+            "--connect" => Target::Connect(value()?),
+            option if option.len() > 1 && option.starts_with('-') => return Err(format!("unknown option `{option}`")),
+            file => {
+                if input.replace(file.to_owned()).is_some() {
+                    return Err(format!("one recording can be shown at a time; `{file}` is a second one"));
+                }
+                continue;
+            }
+        };
+        if target.replace(chosen).is_some() {
+            return Err("give one of --save and --connect, once".into());
+        }
+    }
+    let input = input.ok_or("a recording is missing")?;
+    let input = (input != "-").then(|| input.into());
+    Ok(Arguments { input, target: target.unwrap_or(Target::Viewer), contacts })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parsed(line: &str) -> Result<Arguments, String> {
+        parse(line.split_whitespace().map(str::to_owned))
+    }
+
+    #[test]
+    fn files_streams_and_targets_are_understood() {
+        let expected = Arguments { input: None, target: Target::File("out.rrd".into()), contacts: true };
+        assert_eq!(parsed("- --save out.rrd --contacts"), Ok(expected));
+        let expected = Arguments { input: Some("run.mcap".into()), target: Target::Viewer, contacts: false };
+        assert_eq!(parsed("run.mcap"), Ok(expected));
+    }
+
+    #[test]
+    fn mistakes_are_named() {
+        for (line, expected) in [
+            ("", "a recording is missing"),
+            ("a.mcap b.mcap", "`b.mcap` is a second one"),
+            ("a.mcap --save", "`--save` needs a value"),
+            ("a.mcap --frames 3", "unknown option `--frames`"),
+            ("a.mcap --save x --connect y", "one of --save and --connect"),
+        ] {
+            let error = parsed(line).unwrap_err();
+            assert!(error.contains(expected), "{line}: {error}");
+        }
+    }
+}

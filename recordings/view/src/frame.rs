@@ -1,0 +1,229 @@
+//! What is drawn of one state of a run: particles, contacts, beam; lengths in a unit that suits their size.
+
+use stagger_messages::{Field, Fields};
+use stagger_recordings::Step;
+
+use crate::colour::Range;
+
+/// Size at which particles are drawn among their contacts.
+const CONTACTS_SIZE: f64 = 0.4;
+
+/// A unit of length in which the scene measures neither thousands nor thousandths: viewers are made for metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LengthUnit {
+    /// Units per metre.
+    pub per_metre: f64,
+    /// Its symbol.
+    pub symbol: &'static str,
+}
+
+impl LengthUnit {
+    /// The unit in which `extent_m` lies between 1 and 1000, where there is one.
+    pub fn for_extent(extent_m: f64) -> Self {
+        let (per_metre, symbol) = match extent_m {
+            extent if extent >= 1.0 => (1.0, "m"),
+            extent if extent >= 1e-3 => (1e3, "mm"),
+            extent if extent >= 1e-6 => (1e6, "µm"),
+            _ => (1e9, "nm"),
+        };
+        Self { per_metre, symbol }
+    }
+}
+
+/// The quantity that colours the particles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Quantity {
+    /// Its name.
+    pub name: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+}
+
+/// What holds for all pictures of a run.
+#[derive(Clone, Copy, Debug)]
+pub struct Overview {
+    /// The quantity that colours the particles, where there is one.
+    pub quantity: Option<Quantity>,
+    /// Its range.
+    pub range: Range,
+    /// Unit of length of the pictures.
+    pub unit: LengthUnit,
+    /// Smallest and largest corner of the particles in the picture that the camera is set up for, in `unit`.
+    pub bounds: [[f64; 3]; 2],
+    /// Simulated time at the end, in s; `None` while the run goes on.
+    pub duration_s: Option<f64>,
+}
+
+/// One picture.
+#[derive(Clone, Debug, Default)]
+pub struct Frame {
+    /// Centres of the particles.
+    pub centres: Vec<[f32; 3]>,
+    /// Their radii.
+    pub radii: Vec<f32>,
+    /// Their colours.
+    pub colours: Vec<[u8; 3]>,
+    /// Lines between the centres of particles in contact.
+    pub contacts: Vec<[[f32; 3]; 2]>,
+    /// The beam, where it is on.
+    pub beam: Option<Beam>,
+}
+
+/// The beam's spot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Beam {
+    /// Centre of the spot.
+    pub spot: [f32; 3],
+    /// Radius of the spot.
+    pub radius: f32,
+    /// Its power with the unit.
+    pub label: String,
+}
+
+/// The values that colour the particles: their temperature, or their speed where no physics computes a temperature.
+pub fn values(fields: &Fields) -> Option<(Quantity, Vec<f64>)> {
+    if let Some(temperature) = f64s(fields, "temperature").filter(|_| stands_on(fields, "temperature", "particles")) {
+        return Some((Quantity { name: "temperature", unit: "K" }, temperature.to_vec()));
+    }
+    let (velocities, _) = f64s(fields, "velocities")?.as_chunks::<3>();
+    let speed = |[x, y, z]: &[f64; 3]| x.hypot(*y).hypot(*z);
+    Some((Quantity { name: "speed", unit: "m/s" }, velocities.iter().map(speed).collect()))
+}
+
+/// Smallest and largest corner of the particles, in m; `None` where there are none.
+pub fn bounds_m(fields: &Fields) -> Option<[[f64; 3]; 2]> {
+    let (centres, _) = f64s(fields, "positions")?.as_chunks::<3>();
+    let mut bounds = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+    for centre in centres.iter().filter(|centre| centre.iter().all(|length| length.is_finite())) {
+        for axis in 0..3 {
+            bounds[0][axis] = bounds[0][axis].min(centre[axis]);
+            bounds[1][axis] = bounds[1][axis].max(centre[axis]);
+        }
+    }
+    let radius = f64s(fields, "radii").unwrap_or_default().iter().copied().fold(0.0, f64::max);
+    let [low, high] = bounds;
+    (low[0] <= high[0]).then(|| [low.map(|length| length - radius), high.map(|length| length + radius)])
+}
+
+impl Overview {
+    /// Sets up pictures for a run of which `step` is shown first: the last state of a recording, or the first of a run
+    /// under way. `None` where it has no particles.
+    pub fn new(step: &Step, range: Range, finished: bool) -> Option<Self> {
+        let mut bounds = bounds_m(&step.fields)?;
+        if !finished {
+            // Particles above the ground are about to fall on it.
+            bounds[0][2] = bounds[0][2].min(0.0);
+        }
+        let extent = (0..3).map(|axis| bounds[1][axis] - bounds[0][axis]).fold(0.0, f64::max);
+        let unit = LengthUnit::for_extent(extent);
+        let bounds = bounds.map(|corner| corner.map(|length| length * unit.per_metre));
+        let quantity = values(&step.fields).map(|(quantity, _)| quantity);
+        Some(Self { quantity, range, unit, bounds, duration_s: finished.then_some(step.t_s) })
+    }
+
+    /// The picture of a state.
+    pub fn frame(&self, fields: &Fields, contacts: bool) -> Frame {
+        let scaled = |length: &f64| (length * self.unit.per_metre) as f32;
+        let (centres, _) = f64s(fields, "positions").unwrap_or_default().as_chunks::<3>();
+        let centres: Vec<[f32; 3]> = centres.iter().map(|[x, y, z]| [x, y, z].map(scaled)).collect();
+        // Whole particles would hide the lines between them.
+        let size = if contacts { CONTACTS_SIZE } else { 1.0 };
+        let radii = f64s(fields, "radii").unwrap_or_default().iter().map(|radius| scaled(&(radius * size))).collect();
+        let values = values(fields).map(|(_, values)| values).unwrap_or_default();
+        let colours = values.iter().map(|value| self.range.colour(*value)).collect();
+        let contacts = if contacts { lines(fields, &centres) } else { Vec::new() };
+        Frame { centres, radii, colours, contacts, beam: self.beam(fields) }
+    }
+
+    fn beam(&self, fields: &Fields) -> Option<Beam> {
+        let power_w = *f64s(fields, "beam_power")?.first()?;
+        let (spot, _) = f64s(fields, "beam_spot")?.as_chunks::<3>();
+        let radius_m = *f64s(fields, "beam_radius")?.first()?;
+        let scaled = |length: f64| (length * self.unit.per_metre) as f32;
+        let beam = Beam { spot: spot.first()?.map(scaled), radius: scaled(radius_m), label: watts(power_w) };
+        (power_w > 0.0).then_some(beam)
+    }
+}
+
+fn lines(fields: &Fields, centres: &[[f32; 3]]) -> Vec<[[f32; 3]; 2]> {
+    let pairs = fields.get("contact_pairs").and_then(|field| field.u32().ok()).unwrap_or_default();
+    let (pairs, _) = pairs.as_chunks::<2>();
+    let line = |[i, j]: &[u32; 2]| Some([*centres.get(*i as usize)?, *centres.get(*j as usize)?]);
+    pairs.iter().filter_map(line).collect()
+}
+
+/// Power with at most three digits and its unit.
+fn watts(power_w: f64) -> String {
+    match power_w {
+        power if power >= 1e3 => format!("{:.3} kW", power / 1e3),
+        power if power >= 10.0 => format!("{power:.1} W"),
+        power => format!("{power:.3} W"),
+    }
+}
+
+fn f64s<'a>(fields: &'a Fields, name: &str) -> Option<&'a [f64]> {
+    fields.get(name).and_then(|field| field.f64().ok())
+}
+
+fn stands_on(fields: &Fields, name: &str, support: &str) -> bool {
+    fields.get(name).is_some_and(|field: &Field| field.support.name == support)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use stagger_messages::{Measure, Port, Values, Version};
+
+    use super::*;
+
+    fn field(name: &str, unit: &str, support: &str, components: u32, values: impl Into<Values>) -> (String, Field) {
+        let port = Arc::new(Port::f64(name, unit, support, components, Measure::None));
+        (name.into(), Field::new(&port, 0, values).unwrap())
+    }
+
+    fn step() -> Step {
+        let pairs = Field::new(&Arc::new(Port::u32("contact_pairs", "contacts", 2)), 0, vec![0u32, 1, 1, 7]).unwrap();
+        let fields = Fields::from([
+            field("positions", "m", "particles", 3, vec![0.0, 0.0, 1e-4, 2e-4, 0.0, 1e-4]),
+            field("radii", "m", "particles", 1, vec![1e-5, 2e-5]),
+            field("temperature", "K", "particles", 1, vec![300.0, 400.0]),
+            field("beam_spot", "m", "beam", 3, vec![1e-4, 0.0, 0.0]),
+            field("beam_radius", "m", "beam", 1, vec![6e-5]),
+            field("beam_power", "W", "beam", 1, vec![40.0]),
+            ("contact_pairs".into(), pairs),
+        ]);
+        Step { version: Version::first(1), t_s: 1e-3, dt_s: 1e-4, fields, recorded: true }
+    }
+
+    #[test]
+    fn a_small_scene_is_drawn_in_units_of_its_size() {
+        let range = Range { min: 300.0, max: 400.0 };
+        let overview = Overview::new(&step(), range, true).unwrap();
+        assert_eq!(overview.unit.symbol, "µm");
+        let frame = overview.frame(&step().fields, true);
+        assert_eq!(frame.radii, [4.0, 8.0]);
+        assert_eq!(overview.frame(&step().fields, false).radii, [10.0, 20.0]);
+        assert_eq!(frame.colours, [range.colour(300.0), range.colour(400.0)]);
+        assert_eq!(frame.beam, Some(Beam { spot: [100.0, 0.0, 0.0], radius: 60.0, label: "40.0 W".into() }));
+        // The second pair names a particle that is not there, and is left out.
+        assert_eq!(frame.contacts, vec![[[0.0, 0.0, 100.0], [200.0, 0.0, 100.0]]]);
+        let bounds = overview.bounds.concat();
+        let expected = [-20.0, -20.0, 80.0, 220.0, 20.0, 120.0];
+        assert!(bounds.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-9), "{bounds:?}");
+    }
+
+    #[test]
+    fn without_temperature_the_speed_colours_and_a_beam_without_power_is_hidden() {
+        let mut fields = step().fields;
+        fields.remove("temperature");
+        fields.extend([
+            field("velocities", "m/s", "particles", 3, vec![0.0, 3.0, 4.0, 0.0, 0.0, 0.0]),
+            field("beam_power", "W", "beam", 1, vec![0.0]),
+        ]);
+        let (quantity, speeds) = values(&fields).unwrap();
+        assert_eq!((quantity.name, speeds), ("speed", vec![5.0, 0.0]));
+        let overview = Overview::new(&step(), Range { min: 0.0, max: 5.0 }, true).unwrap();
+        assert_eq!(overview.frame(&fields, false).beam, None);
+    }
+}

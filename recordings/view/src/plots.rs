@@ -1,0 +1,165 @@
+//! The curves beside the picture.
+
+use std::collections::BTreeMap;
+
+use stagger_messages::Verdict;
+use stagger_recordings::{Outcome, Step};
+use stagger_solver::coupling::Ledger;
+
+use crate::frame::values;
+
+/// One point of a curve.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Point {
+    /// Where the curve belongs: `temperature/mean`.
+    pub path: String,
+    /// Its name in the legend.
+    pub name: String,
+    /// Its value.
+    pub value: f64,
+}
+
+fn point(path: impl Into<String>, name: impl Into<String>, value: f64) -> Point {
+    Point { path: path.into(), name: name.into(), value }
+}
+
+/// Sums up what is plotted once per accepted step.
+#[derive(Clone, Debug, Default)]
+pub struct Plots {
+    iterations: u32,
+    solve_s: BTreeMap<String, f64>,
+}
+
+impl Plots {
+    /// The curves that have a point for every iteration: how far each field is from its tolerance.
+    pub fn iteration(&mut self, outcome: &Outcome) -> Vec<Point> {
+        self.iterations += 1;
+        for (node, done) in &outcome.reports {
+            *self.solve_s.entry(node.clone()).or_default() += done.solve_s;
+        }
+        let decision = &outcome.decision;
+        let mut points = Vec::new();
+        // Rerun has no logarithmic axis. What is exactly zero has no logarithm and is left out.
+        let mut logarithm = |path: String, name: String, ratio: f64| {
+            if ratio > 0.0 && ratio.is_finite() {
+                points.push(point(path, name, ratio.log10()));
+            }
+        };
+        logarithm("convergence/violation".into(), "log10 Z".into(), decision.violation);
+        for error in decision.errors.iter().filter(|error| error.tolerance > 0.0) {
+            let name = format!("log10 error/tolerance, {}", error.field);
+            logarithm(format!("convergence/fields/{}", error.field), name, error.error / error.tolerance);
+        }
+        points
+    }
+
+    /// The curves that have a point for every accepted step.
+    pub fn accepted(&mut self, outcome: &Outcome, ledger: &Ledger) -> Vec<Point> {
+        let mut points = vec![
+            point("window/dt", "dt [us]", outcome.decision.dt_s * 1e6),
+            point("iterations/per_step", "iterations, rejected attempts included", f64::from(self.iterations)),
+        ];
+        self.iterations = 0;
+        for (node, seconds) in std::mem::take(&mut self.solve_s) {
+            points.push(point(format!("cost/{node}"), format!("{node} [ms]"), seconds * 1e3));
+        }
+        points.extend(energies(ledger));
+        points
+    }
+
+    /// The curves of a state whose fields are recorded.
+    pub fn state(&self, step: &Step) -> Vec<Point> {
+        let Some((quantity, values)) = values(&step.fields) else { return Vec::new() };
+        let finite: Vec<f64> = values.into_iter().filter(|value| value.is_finite()).collect();
+        let Some(max) = finite.iter().copied().max_by(f64::total_cmp) else { return Vec::new() };
+        let mean = finite.iter().sum::<f64>() / finite.len() as f64;
+        let name = |what: &str| format!("{what} {} [{}]", quantity.name, quantity.unit);
+        vec![point("particles/mean", name("mean"), mean), point("particles/max", name("maximum"), max)]
+    }
+}
+
+/// Whether the outcome ends a step.
+pub fn accepts(outcome: &Outcome) -> bool {
+    outcome.decision.verdict() == Verdict::Accept
+}
+
+/// Energies by node and name, and the share of each node's throughput that is not accounted for.
+///
+/// Each node has a picture of its own: the heat of a laser is a million times the energy of the powder's motion.
+fn energies(ledger: &Ledger) -> Vec<Point> {
+    let mut points = Vec::new();
+    for (node, account) in ledger.nodes() {
+        // Fixed units, so that a curve keeps its scale: motion in nJ, heat and light in mJ.
+        let motion = account.stored.contains_key("kinetic");
+        let (group, unit, per_joule) = if motion { ("motion", "nJ", 1e9) } else { ("heat", "mJ", 1e3) };
+        for (kind, map) in [("stored", &account.stored), ("gained", &account.gained), ("lost", &account.lost)] {
+            for (name, joule) in map {
+                let what = if kind == "stored" { String::new() } else { format!(" {kind} so far") };
+                let label = format!("{node}: {name}{what} [{unit}]").replace('_', " ");
+                points.push(point(format!("energy/{group}/{node}/{kind}/{name}"), label, joule * per_joule));
+            }
+        }
+    }
+    for (what, share) in ledger.imbalances() {
+        let path = what.replace([':', ' '], "_");
+        points.push(point(format!("imbalance/{path}"), format!("{what} [ppm of its throughput]"), share * 1e6));
+    }
+    points
+}
+
+#[cfg(test)]
+mod tests {
+    use stagger_messages::{Decision, Done, Energy, FieldError, Version};
+
+    use super::*;
+
+    fn outcome(iteration: u64) -> Outcome {
+        let error = |field: &str, error| FieldError { field: field.into(), error, tolerance: 1e-6 };
+        let decision = Decision {
+            verdict: Verdict::Accept.into(),
+            violation: 100.0,
+            dt_s: 2e-6,
+            errors: vec![error("temperature", 1e-4), error("positions", 0.0)],
+            ..Decision::default()
+        };
+        let reports = [("thermal".to_owned(), Done { solve_s: 0.5, ..Done::default() })].into();
+        Outcome { decision, version: Version::first(1), iteration, reports }
+    }
+
+    fn value(points: &[Point], path: &str) -> Option<f64> {
+        points.iter().find(|point| point.path == path).map(|point| point.value)
+    }
+
+    #[test]
+    fn errors_are_shown_as_decades_above_their_tolerance() {
+        let points = Plots::default().iteration(&outcome(1));
+        assert!((value(&points, "convergence/violation").unwrap() - 2.0).abs() < 1e-12);
+        assert!((value(&points, "convergence/fields/temperature").unwrap() - 2.0).abs() < 1e-12);
+        assert_eq!(value(&points, "convergence/fields/positions"), None);
+    }
+
+    #[test]
+    fn a_step_sums_up_its_iterations() {
+        let mut plots = Plots::default();
+        plots.iteration(&outcome(1));
+        plots.iteration(&outcome(2));
+        let points = plots.accepted(&outcome(2), &Ledger::default());
+        assert_eq!(value(&points, "iterations/per_step"), Some(2.0));
+        assert_eq!(value(&points, "cost/thermal"), Some(1000.0));
+        assert_eq!(value(&points, "window/dt"), Some(2.0));
+        plots.iteration(&outcome(3));
+        assert_eq!(value(&plots.accepted(&outcome(3), &Ledger::default()), "iterations/per_step"), Some(1.0));
+    }
+
+    #[test]
+    fn energies_are_drawn_by_node_and_a_leak_shows() {
+        let mut ledger = Ledger::default();
+        ledger.book("optics", &[Energy::gained("laser", 2.0), Energy::lost("absorbed", 2.0)]);
+        ledger.book("thermal", &[Energy::stored("heat", 1.5), Energy::gained("absorbed", 2.0)]);
+        let points = energies(&ledger);
+        assert_eq!(value(&points, "energy/heat/optics/lost/absorbed"), Some(2000.0));
+        // Half a joule of two is missing.
+        assert_eq!(value(&points, "imbalance/thermal"), Some(-0.25e6));
+        assert_eq!(value(&points, "imbalance/optics"), Some(0.0));
+    }
+}

@@ -1,0 +1,355 @@
+//! Hands pictures and curves to Rerun: the only file that knows it.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    time::Duration,
+};
+
+use rerun::{
+    AsComponents, Clear, Color, Image, LineStrips3D, Mesh3D, Points2D, Points3D, RecordingStream,
+    RecordingStreamBuilder, RecordingStreamError, Scalars, SeriesLines, SpawnError, SpawnOptions, TextDocument,
+    ViewCoordinates,
+    blueprint::components::{BackgroundKind, ContainerKind, Corner2D, Eye3DKind, PanelState, PlayState},
+    datatypes::{Range2D, Uuid},
+    external::{
+        re_log_types::{BlueprintActivationCommand, LogMsg},
+        re_sdk_types::blueprint::archetypes::{
+            Background, ContainerBlueprint, EyeControls3D, LineGrid3D, PanelBlueprint, PlotLegend, TimePanelBlueprint,
+            ViewBlueprint, ViewContents, ViewportBlueprint, VisualBounds2D,
+        },
+    },
+};
+
+use crate::{
+    arguments::Target,
+    colour::{NO_VALUE, bar},
+    frame::{Beam, Frame, Overview},
+    layout::{self, Part},
+    plots::Point,
+};
+
+/// Name under which the viewer keeps the window's layout.
+const APPLICATION: &str = "stagger";
+/// Size of the legend's colour bar, in pixels.
+const BAR: [u32; 2] = [400, 36];
+/// Colour of the beam.
+const BEAM: [u8; 3] = [0x00, 0x8c, 0xff];
+/// Colour of labels, which stand on grey.
+const WHITE: [u8; 3] = [0xff; 3];
+/// Colours of curves: the palette of M. Okabe and K. Ito (2008), told apart by the colour-blind too, without its black.
+const CURVES: [[u8; 3]; 7] = [
+    [0x56, 0xb4, 0xe9],
+    [0xe6, 0x9f, 0x00],
+    [0x00, 0x9e, 0x73],
+    [0xcc, 0x79, 0xa7],
+    [0xf0, 0xe4, 0x42],
+    [0xd5, 0x5e, 0x00],
+    [0x00, 0x72, 0xb2],
+];
+/// How long a viewer may take to start and to answer.
+const ANSWER: Duration = Duration::from_secs(20);
+/// Corners of the polygon that stands for the beam's spot.
+const BEAM_CORNERS: usize = 48;
+
+/// What can go wrong with the viewer.
+#[derive(Debug, thiserror::Error)]
+pub enum ShowError {
+    /// No viewer is installed.
+    #[error(
+        "no `rerun` viewer on the PATH: install it with `pip install rerun-sdk==0.36.3` or \
+         `cargo install rerun-cli --version 0.36.3 --locked`, or write a file with --save"
+    )]
+    NoViewer,
+    /// Anything else the viewer's library reports.
+    #[error("the viewer cannot be fed: {0}")]
+    Stream(#[from] RecordingStreamError),
+    /// The viewer does not take what is sent.
+    #[error("the viewer does not answer: {0}; is one running at that address?")]
+    NoAnswer(String),
+    /// What was sent did not arrive.
+    #[error("the pictures could not be delivered: {0}")]
+    Flush(String),
+}
+
+/// When something is shown.
+#[derive(Clone, Copy, Debug)]
+pub struct Moment {
+    /// Simulated time, in s, and step; `None` for an iteration that was not accepted.
+    pub state: Option<(f64, u64)>,
+    /// Iterations so far, rejected ones too.
+    pub iteration: u64,
+}
+
+/// A window of the viewer, or a file for it.
+pub struct Show {
+    stream: RecordingStream,
+    /// How many curves each plot has.
+    curves: BTreeMap<String, usize>,
+    /// The curves whose style was sent.
+    known: BTreeSet<String>,
+    drawn: Frame,
+}
+
+impl Show {
+    /// Opens the window or the file.
+    pub fn open(target: &Target, title: &str) -> Result<Self, ShowError> {
+        let builder = RecordingStreamBuilder::new(APPLICATION).recording_name(title);
+        let stream = match target {
+            Target::File(path) => builder.save(path),
+            Target::Connect(url) => builder.connect_grpc_opts(url.as_str()),
+            Target::Viewer => {
+                builder.spawn_opts(&SpawnOptions { hide_welcome_screen: true, ..SpawnOptions::default() })
+            }
+        };
+        let stream = stream.map_err(|error| match error {
+            RecordingStreamError::SpawnViewer(SpawnError::ExecutableNotFoundInPath { .. }) => ShowError::NoViewer,
+            other => other.into(),
+        })?;
+        stream.set_log_time_enabled(false);
+        stream.set_log_tick_enabled(false);
+        stream.log_static("world", &ViewCoordinates::RIGHT_HAND_Z_UP())?;
+        // The library would try to connect for ever; nobody should wait for a viewer that is not there.
+        stream.flush_with_timeout(ANSWER).map_err(|error| ShowError::NoAnswer(error.to_string()))?;
+        Ok(Self { stream, curves: BTreeMap::new(), known: BTreeSet::new(), drawn: Frame::default() })
+    }
+
+    /// Shows a text in Markdown.
+    pub fn text(&self, markdown: String) -> Result<(), ShowError> {
+        Ok(self.stream.log_static("scene", &TextDocument::from_markdown(markdown))?)
+    }
+
+    /// Shows the colour bar with its values.
+    pub fn legend(&self, overview: &Overview) -> Result<(), ShowError> {
+        let [width, height] = BAR;
+        self.stream.log_static("legend/bar", &Image::from_rgb24(bar(width, height), BAR))?;
+        let ticks = layout::ticks(overview);
+        let places = ticks.iter().map(|(fraction, _)| [fraction * width as f32, height as f32 + 14.0]);
+        let texts = ticks.iter().map(|(_, text)| text.as_str());
+        let labels = Points2D::new(places).with_labels(texts).with_radii([0.01]).with_show_labels(true);
+        let labels = labels.with_colors([WHITE]);
+        Ok(self.stream.log_static("legend/values", &labels)?)
+    }
+
+    /// Shows a state.
+    pub fn frame(&mut self, frame: Frame, moment: Moment) -> Result<(), ShowError> {
+        self.at(moment);
+        // What did not change since the last picture is not sent again.
+        let mut particles = Points3D::update_fields();
+        if frame.centres != self.drawn.centres {
+            particles = particles.with_positions(frame.centres.iter().copied());
+        }
+        if frame.radii != self.drawn.radii {
+            particles = particles.with_radii(frame.radii.iter().copied());
+        }
+        if frame.colours != self.drawn.colours || self.drawn.centres.is_empty() {
+            let grey = [NO_VALUE];
+            let colours = if frame.colours.is_empty() { &grey[..] } else { &frame.colours };
+            particles =
+                particles.with_colors(colours.iter().map(|[red, green, blue]| Color::from_rgb(*red, *green, *blue)));
+        }
+        self.stream.log("world/particles", &particles)?;
+        if frame.contacts != self.drawn.contacts {
+            let lines = LineStrips3D::new(frame.contacts.iter().copied());
+            let width = frame.radii.first().map_or(1.0, |radius| 0.25 * radius);
+            let lines = lines.with_radii([width]).with_colors([Color::from_rgb(0x50, 0x50, 0x58)]);
+            self.stream.log("world/contacts", &lines)?;
+        }
+        if frame.beam != self.drawn.beam {
+            match &frame.beam {
+                Some(beam) => self.beam(beam)?,
+                None => self.stream.log("world/beam", &Clear::recursive())?,
+            }
+        }
+        self.drawn = frame;
+        Ok(())
+    }
+
+    fn beam(&self, beam: &Beam) -> Result<(), ShowError> {
+        let [x, y, z] = beam.spot;
+        let corner = |corner: usize| {
+            let angle = std::f32::consts::TAU * corner as f32 / BEAM_CORNERS as f32;
+            [x + beam.radius * angle.cos(), y + beam.radius * angle.sin()]
+        };
+        let ring = |height: f32| (0..=BEAM_CORNERS).map(move |i| [corner(i)[0], corner(i)[1], z + height]);
+        let height = 6.0 * beam.radius;
+        let [red, green, blue] = BEAM;
+        let colour = Color::from_rgb(red, green, blue);
+        let edges = LineStrips3D::new([ring(0.0).collect::<Vec<_>>(), ring(height).collect()]);
+        let edges = edges.with_colors([colour]).with_radii([0.03 * beam.radius]);
+        self.stream.log("world/beam/edges", &edges)?;
+        // The wall of a cylinder: two triangles between neighbouring corners.
+        let n = BEAM_CORNERS as u32 + 1;
+        let wall = (0..n - 1).flat_map(|i| [[i, i + 1, n + i], [i + 1, n + i + 1, n + i]]);
+        let mesh = Mesh3D::new(ring(0.0).chain(ring(height)))
+            .with_triangle_indices(wall)
+            .with_albedo_factor(*Color::from_unmultiplied_rgba(red, green, blue, 60));
+        self.stream.log("world/beam/wall", &mesh)?;
+        let label = Points3D::new([[x, y, z + 0.5 * height]]).with_labels([beam.label.as_str()]).with_radii([0.0]);
+        Ok(self.stream.log("world/beam/power", &label.with_colors([WHITE]).with_show_labels(true))?)
+    }
+
+    /// Adds a point to each of some curves.
+    pub fn points(&mut self, points: &[Point], moment: Moment) -> Result<(), ShowError> {
+        self.at(moment);
+        for point in points {
+            let path = format!("plots/{}", point.path);
+            if self.known.insert(path.clone()) {
+                let group = point.path.split('/').next().unwrap_or_default();
+                let number = self.curves.entry(group.into()).or_default();
+                let colour = CURVES[*number % CURVES.len()];
+                *number += 1;
+                let style =
+                    SeriesLines::new().with_names([point.name.as_str()]).with_widths([2.0]).with_colors([colour]);
+                self.stream.log_static(path.as_str(), &style)?;
+            }
+            self.stream.log(path, &Scalars::single(point.value))?;
+        }
+        Ok(())
+    }
+
+    fn at(&self, moment: Moment) {
+        self.stream.reset_time();
+        if let Some((t_s, step)) = moment.state {
+            self.stream.set_duration_secs("simulated_time", t_s);
+            self.stream.set_time_sequence("step", i64::try_from(step).unwrap_or(i64::MAX));
+        }
+        self.stream.set_time_sequence("iteration", i64::try_from(moment.iteration).unwrap_or(i64::MAX));
+    }
+
+    /// Arranges the window.
+    pub fn arrange(&self, overview: &Overview) -> Result<(), ShowError> {
+        let (blueprint, messages) = RecordingStreamBuilder::new(APPLICATION).blueprint().memory()?;
+        blueprint.set_time_sequence("blueprint", 0);
+        let mut window = Window { stream: &blueprint, overview, parts: 0 };
+        let (root, _) = window.part(&layout::window())?;
+        blueprint.log("viewport", &ViewportBlueprint::new().with_root_container(root).with_auto_views(false))?;
+        for panel in ["blueprint_panel", "selection_panel"] {
+            blueprint.log(panel, &PanelBlueprint::new().with_state(PanelState::Collapsed))?;
+        }
+        let time = TimePanelBlueprint::new()
+            .with_state(PanelState::Collapsed)
+            .with_timeline("simulated_time")
+            .with_play_state(PlayState::Following)
+            .with_playback_speed(overview.duration_s.map_or(1.0, layout::playback_speed));
+        blueprint.log("time_panel", &time)?;
+        let messages = messages.take();
+        let store = messages.iter().find_map(|message| match message {
+            LogMsg::SetStoreInfo(info) => Some(info.info.store_id.clone()),
+            _ => None,
+        });
+        if let Some(blueprint_id) = store {
+            let activate = BlueprintActivationCommand { blueprint_id, make_active: true, make_default: true };
+            self.stream.send_blueprint(messages, activate);
+        }
+        Ok(())
+    }
+
+    /// Waits until everything has been delivered.
+    pub fn finish(self) -> Result<(), ShowError> {
+        self.stream.flush_blocking().map_err(|error| ShowError::Flush(error.to_string()))
+    }
+}
+
+/// Writes the layout of the window in the viewer's terms.
+struct Window<'a> {
+    stream: &'a RecordingStream,
+    overview: &'a Overview,
+    parts: u8,
+}
+
+impl Window<'_> {
+    /// Lays out a part and those within; returns its identifier and its path.
+    fn part(&mut self, part: &Part) -> Result<(Uuid, String), ShowError> {
+        match part {
+            Part::Beside(parts) => {
+                let (contents, shares) = self.within(parts)?;
+                self.container(ContainerBlueprint::new(ContainerKind::Horizontal).with_col_shares(shares), contents)
+            }
+            Part::Above(parts) => {
+                let (contents, shares) = self.within(parts)?;
+                self.container(ContainerBlueprint::new(ContainerKind::Vertical).with_row_shares(shares), contents)
+            }
+            Part::Tabs(parts) => {
+                let paths = parts.iter().map(|part| Ok(self.part(part)?.1));
+                let contents = paths.collect::<Result<Vec<_>, ShowError>>()?;
+                let tabs = ContainerBlueprint::new(ContainerKind::Tabs);
+                let tabs = contents.first().map_or(tabs.clone(), |first| tabs.with_active_tab(first.as_str()));
+                self.container(tabs, contents)
+            }
+            Part::Scene => self.scene(),
+            Part::Legend => self.legend(),
+            Part::Text(name, origin) => self.view("TextDocument", name, origin, &[]),
+            Part::Curves(name, origin) => self.view(
+                "TimeSeries",
+                name,
+                origin,
+                &[("PlotLegend", &PlotLegend::new().with_corner(Corner2D::LeftTop))],
+            ),
+        }
+    }
+
+    fn scene(&mut self) -> Result<(Uuid, String), ShowError> {
+        let [eye, target] = layout::camera(self.overview);
+        let background = Background::new(BackgroundKind::SolidColor).with_color(Color::from_rgb(0xf4, 0xf5, 0xf7));
+        let camera = EyeControls3D::new()
+            .with_kind(Eye3DKind::Orbital)
+            .with_position(eye)
+            .with_look_target(target)
+            .with_eye_up([0.0, 0.0, 1.0]);
+        let grid = LineGrid3D::new().with_color(Color::from_unmultiplied_rgba(0x60, 0x68, 0x70, 0x50));
+        let name = format!("Particles (lengths in {})", self.overview.unit.symbol);
+        let properties: [(&str, &dyn AsComponents); 3] =
+            [("Background", &background), ("EyeControls3D", &camera), ("LineGrid3D", &grid)];
+        self.view("3D", &name, "world", &properties)
+    }
+
+    fn legend(&mut self) -> Result<(Uuid, String), ShowError> {
+        let name = match self.overview.quantity {
+            Some(quantity) => format!("Colour: {} [{}]", quantity.name, quantity.unit),
+            None => "Colour".to_owned(),
+        };
+        let [width, height] = BAR.map(f64::from);
+        let bounds = Range2D { x_range: [-30.0, width + 30.0].into(), y_range: [-8.0, height + 44.0].into() };
+        let background = Background::new(BackgroundKind::SolidColor).with_color(Color::from_rgb(0xf4, 0xf5, 0xf7));
+        let bounds = VisualBounds2D::new(bounds);
+        self.view("2D", &name, "legend", &[("Background", &background), ("VisualBounds2D", &bounds)])
+    }
+
+    fn within(&mut self, parts: &[(f32, Part)]) -> Result<(Vec<String>, Vec<f32>), ShowError> {
+        let paths = parts.iter().map(|(_, part)| Ok(self.part(part)?.1));
+        let contents = paths.collect::<Result<Vec<_>, ShowError>>()?;
+        Ok((contents, parts.iter().map(|(share, _)| *share).collect()))
+    }
+
+    fn container(&mut self, container: ContainerBlueprint, contents: Vec<String>) -> Result<(Uuid, String), ShowError> {
+        let (id, path) = self.next("container");
+        self.stream.log(path.as_str(), &container.with_contents(contents.iter().map(String::as_str)))?;
+        Ok((id, path))
+    }
+
+    fn view(
+        &mut self,
+        class: &str,
+        name: &str,
+        origin: &str,
+        properties: &[(&str, &dyn AsComponents)],
+    ) -> Result<(Uuid, String), ShowError> {
+        let (id, path) = self.next("view");
+        let view = ViewBlueprint::new(class).with_display_name(name).with_space_origin(origin);
+        self.stream.log(path.as_str(), &view)?;
+        self.stream.log(format!("{path}/ViewContents"), &ViewContents::new(["$origin/**"]))?;
+        for (property, components) in properties {
+            self.stream.log(format!("{path}/{property}"), *components)?;
+        }
+        Ok((id, path))
+    }
+
+    /// Identifiers need only differ within the layout: counted, they are the same in every file.
+    fn next(&mut self, kind: &str) -> (Uuid, String) {
+        self.parts += 1;
+        let mut bytes = [0; 16];
+        // The two marks of a random identifier (RFC 9562, section 5.4), which the viewer's parser expects.
+        (bytes[6], bytes[8], bytes[15]) = (0x40, 0x80, self.parts);
+        (Uuid { bytes }, format!("{kind}/00000000-0000-4000-8000-0000000000{:02x}", self.parts))
+    }
+}
