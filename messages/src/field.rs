@@ -106,11 +106,7 @@ impl Field {
     /// The values do not fill the support's rows, or are of another type than the port says.
     pub fn with_support(port: Arc<Port>, support: Support, values: Values) -> Result<Self, MessageError> {
         if values.kind != port.kind() {
-            return Err(MessageError::Kind {
-                field: port.field.clone(),
-                expected: port.kind(),
-                found: values.kind,
-            });
+            return Err(MessageError::Kind { field: port.field.clone(), expected: port.kind(), found: values.kind });
         }
         let row = port.kind().bytes() * port.components as usize;
         let expected = usize::try_from(support.count).ok().and_then(|count| count.checked_mul(row));
@@ -177,9 +173,10 @@ impl Field {
     }
 
     fn cast<T: bytemuck::AnyBitPattern>(&self, expected: ValueKind) -> Result<&[T], MessageError> {
-        bytemuck::try_cast_slice(&self.values.bytes).ok().filter(|_| self.values.kind == expected).ok_or_else(|| {
-            MessageError::Kind { field: self.port.field.clone(), expected, found: self.values.kind }
-        })
+        bytemuck::try_cast_slice(&self.values.bytes)
+            .ok()
+            .filter(|_| self.values.kind == expected)
+            .ok_or_else(|| MessageError::Kind { field: self.port.field.clone(), expected, found: self.values.kind })
     }
 
     /// Index of the first value that is not finite; `None` where all are, or where the values are no floats.

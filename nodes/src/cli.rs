@@ -184,6 +184,9 @@ struct ReplayArguments {
     /// Wait for Enter before each step
     #[arg(long)]
     step: bool,
+    /// Start at once instead of waiting for a first subscriber
+    #[arg(long)]
+    now: bool,
     /// Simulated time to start from, in s
     #[arg(long, default_value_t = 0.0)]
     from: f64,
@@ -258,6 +261,10 @@ fn print(result: &str) {
 
 fn failed(error: &dyn std::fmt::Display) -> End {
     End::Code(FAILED, error.to_string())
+}
+
+fn about(file: &Path, error: &dyn std::fmt::Display) -> End {
+    End::Code(FAILED, format!("{}: {error}", file.display()))
 }
 
 fn read_scene(path: &Path, overrides: &[(String, String)]) -> Result<Scene, End> {
@@ -336,9 +343,8 @@ fn coordinate(arguments: &SceneArguments, output: &OutputArguments, options: Opt
         }
     };
     if output.json {
-        match serde_json::to_string_pretty(&summary) {
-            Ok(json) => print(&json),
-            Err(error) => return failed(&error),
+        if let Err(end) = print_json(&summary) {
+            return end;
         }
     } else {
         print(&summary.to_string());
@@ -391,16 +397,23 @@ fn run_node(arguments: NodeArguments) -> End {
 fn replay_file(arguments: ReplayArguments) -> End {
     let recording = match Recording::open(&arguments.file) {
         Ok(recording) => recording,
-        Err(error) => return failed(&error),
+        Err(error) => return about(&arguments.file, &error),
     };
     let going = interrupt();
     let endpoint = match run::Endpoint::new(&recording.info.run, arguments.listen.as_deref()) {
         Ok(endpoint) => endpoint,
         Err(error) => return failed(&error),
     };
-    let pace = Pace { speed: arguments.speed, step: arguments.step, from_s: arguments.from, to_s: arguments.to };
+    let pace = Pace {
+        speed: arguments.speed,
+        step: arguments.step,
+        at_once: arguments.now,
+        from_s: arguments.from,
+        to_s: arguments.to,
+    };
     let result = Link::open(&Role::Hub { listen: endpoint.name.clone() }, None).map_err(Into::into).and_then(|link| {
-        diagnostics::note(&format!("replaying run {} on {}", recording.info.run, endpoint.name));
+        let waits = if pace.at_once { "" } else { ", as soon as somebody subscribes" };
+        diagnostics::note(&format!("replaying run {} on {}{waits}", recording.info.run, endpoint.name));
         replay::replay(&recording, &link, &pace, &|| !going.load(Ordering::Relaxed))
     });
     match result {
@@ -408,22 +421,20 @@ fn replay_file(arguments: ReplayArguments) -> End {
             print(&format!("replayed {sent} messages"));
             End::Done
         }
-        Err(error) => failed(&error),
+        Err(error) => about(&arguments.file, &error),
     }
 }
 
 fn verify_file(file: &Path, node: Option<&str>, tolerance: f64, json: bool) -> End {
-    let verified = Recording::open(file)
-        .map_err(Into::into)
-        .and_then(|recording| verify::verify(&recording, node, tolerance));
+    let verified =
+        Recording::open(file).map_err(Into::into).and_then(|recording| verify::verify(&recording, node, tolerance));
     let verified = match verified {
         Ok(verified) => verified,
-        Err(error) => return failed(&error),
+        Err(error) => return about(file, &error),
     };
     if json {
-        match serde_json::to_string_pretty(&verified) {
-            Ok(json) => print(&json),
-            Err(error) => return failed(&error),
+        if let Err(end) = print_json(&verified) {
+            return end;
         }
     } else {
         print(&verified.to_string());
@@ -435,16 +446,20 @@ fn verify_file(file: &Path, node: Option<&str>, tolerance: f64, json: bool) -> E
     }
 }
 
+/// Prints a result as JSON.
+fn print_json(result: &impl serde::Serialize) -> Result<(), End> {
+    serde_json::to_string_pretty(result).map(|json| print(&json)).map_err(|error| failed(&error))
+}
+
 fn info(file: &Path, json: bool) -> End {
     let summary = Recording::open(file).and_then(|recording| RecordingSummary::of(&recording));
     let summary = match summary {
         Ok(summary) => summary,
-        Err(error) => return failed(&error),
+        Err(error) => return about(file, &error),
     };
     if json {
-        match serde_json::to_string_pretty(&summary) {
-            Ok(json) => print(&json),
-            Err(error) => return failed(&error),
+        if let Err(end) = print_json(&summary) {
+            return end;
         }
     } else {
         print(summary.to_string().trim_end());

@@ -255,9 +255,7 @@ impl Host {
     }
 
     fn is_source(&self, received: &Received) -> bool {
-        self.sources
-            .iter()
-            .any(|source| source.field == received.name && source.writer == received.envelope.sender)
+        self.sources.iter().any(|source| source.field == received.name && source.writer == received.envelope.sender)
     }
 
     fn receive_directive(&mut self, arrival: &Arrival) -> Result<Option<NodeEnd>, HostError> {

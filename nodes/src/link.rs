@@ -215,8 +215,12 @@ impl Link {
     /// # Errors
     /// The key is not valid.
     pub fn announce(&self, key: &str) -> Result<Declared, LinkError> {
-        let token =
-            self.session.liveliness().declare_token(key.to_owned()).wait().map_err(failed(format!("announce {key}")))?;
+        let token = self
+            .session
+            .liveliness()
+            .declare_token(key.to_owned())
+            .wait()
+            .map_err(failed(format!("announce {key}")))?;
         Ok(Declared(Kind::Token(token)))
     }
 
@@ -256,6 +260,15 @@ pub struct Outlet {
 }
 
 impl Outlet {
+    /// Whether somebody subscribes to the key.
+    ///
+    /// # Errors
+    /// The session is closed.
+    pub fn has_reader(&self) -> Result<bool, LinkError> {
+        let status = self.publisher.matching_status().wait();
+        Ok(status.map_err(failed(format!("look for readers of {}", self.publisher.key_expr())))?.matching())
+    }
+
     /// Puts one message.
     ///
     /// # Errors
@@ -313,6 +326,7 @@ impl PoolState {
             }
         }
         let provider = self.provider.as_ref()?;
+        provider.garbage_collect();
         match provider.alloc(payload.len()).with_policy::<GarbageCollect>().wait() {
             Ok(mut buffer) => {
                 buffer.as_mut().copy_from_slice(payload);

@@ -1,9 +1,6 @@
 //! `stagger node`: one physics of a scene as a process of its own.
 
-use std::{
-    io::Read as _,
-    path::PathBuf,
-};
+use std::{io::Read as _, path::PathBuf};
 
 use stagger_solver::scene::Scene;
 

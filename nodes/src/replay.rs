@@ -8,7 +8,7 @@ use std::{
 
 use bytes::Bytes;
 use prost::Message as _;
-use stagger_messages::codec;
+use stagger_messages::{codec, keys};
 use stagger_recordings::{Body, Message, Recording, RecordingError};
 
 use crate::link::{Link, LinkError, Outlet};
@@ -20,6 +20,8 @@ pub struct Pace {
     pub speed: f64,
     /// Waits for a line on standard input before each time step.
     pub step: bool,
+    /// Starts without waiting for a first subscriber.
+    pub at_once: bool,
     /// Leaves out what lies before this simulated time, in s; the initial fields are always sent.
     pub from_s: f64,
     /// Ends after this simulated time, in s.
@@ -41,16 +43,15 @@ pub enum ReplayError {
 ///
 /// # Errors
 /// The recording cannot be read, or the link fails. `going` ends it early when false.
-pub fn replay(
-    recording: &Recording,
-    link: &Link,
-    pace: &Pace,
-    going: &dyn Fn() -> bool,
-) -> Result<u64, ReplayError> {
+pub fn replay(recording: &Recording, link: &Link, pace: &Pace, going: &dyn Fn() -> bool) -> Result<u64, ReplayError> {
     let mut outlets: BTreeMap<String, Outlet> = BTreeMap::new();
     let mut first: Option<(u64, Instant)> = None;
     let mut step = 0;
     let mut sent = 0;
+    let first_reader = link.publisher(keys::directive(&recording.info.run))?;
+    while !pace.at_once && going() && !first_reader.has_reader()? {
+        std::thread::sleep(Duration::from_millis(20));
+    }
     for message in recording.messages()? {
         let message = message?;
         if !going() {

@@ -142,11 +142,7 @@ impl fmt::Display for Summary {
             }
         }
         self.energy(f)?;
-        writeln!(
-            f,
-            "\n  {:<24} {:>8} {:>12} {:>12} {:>12}  unit",
-            "field at the end", "rows", "min", "mean", "max"
-        )?;
+        writeln!(f, "\n  {:<24} {:>8} {:>12} {:>12} {:>12}  unit", "field at the end", "rows", "min", "mean", "max")?;
         for field in &self.fields {
             let FinalField { field, unit, rows, min, mean, max, .. } = field;
             let [min, mean, max] = [min, mean, max].map(|value| number(*value));

@@ -283,7 +283,10 @@ impl std::fmt::Display for Verified {
         }
         writeln!(f, "  {} fields compared over {} accepted steps", self.fields, self.steps)?;
         if let Some(Difference { node, field, at, index, recorded, computed }) = &self.difference {
-            return write!(f, "  first difference: {node}, {field}, {at}, value {index}: {recorded} recorded, {computed} computed");
+            return write!(
+                f,
+                "  first difference: {node}, {field}, {at}, value {index}: {recorded} recorded, {computed} computed"
+            );
         }
         write!(f, "  no difference")?;
         if let Some(hash) = &self.hash {

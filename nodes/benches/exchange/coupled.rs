@@ -110,7 +110,7 @@ pub fn iterations(rows: usize, rounds: usize) -> f64 {
     let (endpoint, folder) = crate::endpoint("coupled");
     let link = Link::open(&Role::Hub { listen: endpoint.clone() }, None).expect("the endpoint is free");
     let mut children: Vec<_> =
-        ["a", "b"].into_iter().map(|name| crate::spawn(&["node", name, &rows.to_string(), &endpoint])).collect();
+        ["a", "b"].into_iter().map(|name| crate::spawn(&["node", name, &rows.to_string(), &endpoint], std::process::Stdio::null())).collect();
     let total = rounds + rounds / 10;
     let settings = Settings {
         order: Order::GaussSeidel,

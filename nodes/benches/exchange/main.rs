@@ -8,7 +8,10 @@
 mod bare;
 mod coupled;
 
-use std::{path::PathBuf, process::Child};
+use std::{
+    path::PathBuf,
+    process::{Child, Stdio},
+};
 
 const SIZES: [usize; 4] = [1, 1_000, 10_000, 100_000];
 /// Passes over all sizes and systems in turn, so that the machine's drift hits all alike.
@@ -26,16 +29,29 @@ fn main() {
         Some("echo") => return bare::echo(&arguments[2]),
         Some("hub") => return bare::hub(&arguments[2]),
         Some("node") => return coupled::node(&arguments[2..]),
+        // One measurement a process: what a session maps of others' shared memory it keeps until its process ends.
+        Some("measure") => {
+            let rows = arguments[3].parse().expect("a number of rows");
+            let time = match arguments[2].as_str() {
+                "direct" => bare::ping_pong(rows, rounds(rows), false),
+                "hub" => bare::ping_pong(rows, rounds(rows), true),
+                _ => coupled::iterations(rows, rounds(rows)),
+            };
+            return println!("{time}");
+        }
         _ => {}
     }
     println!("median µs per round of {PASSES} passes (fastest and slowest pass in brackets)");
-    println!("{:>8} {:>24} {:>24} {:>24} {:>8} {:>8}", "N x 3", "bare, direct", "bare, by a hub", "stagger iteration", "/direct", "/hub");
+    println!(
+        "{:>8} {:>24} {:>24} {:>24} {:>8} {:>8}",
+        "N x 3", "bare, direct", "bare, by a hub", "stagger iteration", "/direct", "/hub"
+    );
     for rows in SIZES {
         let mut times: [Vec<f64>; 3] = Default::default();
         for _ in 0..PASSES {
-            times[0].push(bare::ping_pong(rows, rounds(rows), false));
-            times[1].push(bare::ping_pong(rows, rounds(rows), true));
-            times[2].push(coupled::iterations(rows, rounds(rows)));
+            for (system, times) in ["direct", "hub", "stagger"].into_iter().zip(&mut times) {
+                times.push(measure(system, rows));
+            }
         }
         let [direct, hub, ours] = times.map(|mut passes| {
             passes.sort_by(f64::total_cmp);
@@ -53,6 +69,15 @@ fn main() {
     }
 }
 
+fn measure(system: &str, rows: usize) -> f64 {
+    let mut child = spawn(&["measure", system, &rows.to_string()], Stdio::piped());
+    let mut result = String::new();
+    let output = child.stdout.as_mut().expect("it is piped");
+    std::io::Read::read_to_string(output, &mut result).expect("a child prints text");
+    assert!(child.wait().expect("a child ends").success(), "{system} with {rows} rows failed");
+    result.trim().parse().expect("a child prints its median")
+}
+
 /// A fresh socket.
 fn endpoint(name: &str) -> (String, PathBuf) {
     let folder = std::env::temp_dir().join(format!("stagger-bench-{name}-{}", std::process::id()));
@@ -62,12 +87,13 @@ fn endpoint(name: &str) -> (String, PathBuf) {
 }
 
 /// This program again, in another role, with the same one-thread runtime as a node.
-fn spawn(arguments: &[&str]) -> Child {
+fn spawn(arguments: &[&str], stdout: Stdio) -> Child {
     let one = "(app: (worker_threads: 1), rx: (handover: app), tx: (handover: app), acc: (handover: app), net: (handover: app))";
     std::process::Command::new(std::env::current_exe().expect("a running program has a path"))
         .args(arguments)
         .env("ZENOH_RUNTIME", one)
-        .stdin(std::process::Stdio::piped())
+        .stdin(Stdio::piped())
+        .stdout(stdout)
         .spawn()
         .expect("this program can be started again")
 }

@@ -113,8 +113,14 @@ mod tests {
     fn a_balanced_exchange_closes_and_a_leak_shows_with_its_share() {
         let mut ledger = Ledger::default();
         ledger.start("thermal", &[Energy::stored("heat", 10.0)]);
-        ledger.book("optics", &[Energy::gained("laser", 4.0), Energy::lost("absorbed", 3.0), Energy::lost("passed", 1.0)]);
-        ledger.book("thermal", &[Energy::stored("heat", 12.0), Energy::gained("absorbed", 3.0), Energy::lost("to_walls", 1.0)]);
+        ledger.book(
+            "optics",
+            &[Energy::gained("laser", 4.0), Energy::lost("absorbed", 3.0), Energy::lost("passed", 1.0)],
+        );
+        ledger.book(
+            "thermal",
+            &[Energy::stored("heat", 12.0), Energy::gained("absorbed", 3.0), Energy::lost("to_walls", 1.0)],
+        );
         let imbalances = ledger.imbalances();
         // Small integers: exact.
         assert_eq!(imbalances["optics"], 0.0);

@@ -108,7 +108,8 @@ fn no_writer(node: &str, read: &Port, nodes: &BTreeMap<String, Ports>) -> String
 }
 
 fn mismatch(read: &Port, written: &Port) -> Option<String> {
-    let shape = |port: &Port| format!("as {} x {:?} in {} on {}", port.components, port.kind(), port.unit, port.support);
+    let shape =
+        |port: &Port| format!("as {} x {:?} in {} on {}", port.components, port.kind(), port.unit, port.support);
     (read != &written.as_read()).then(|| format!("{}, but {} is how", shape(read), shape(written)))
 }
 

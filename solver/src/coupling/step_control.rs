@@ -152,9 +152,7 @@ impl StepControl {
                 Err(failure) => {
                     return Err(ControlError::Node { node: node.clone(), message: failure.message.clone() });
                 }
-                Ok(done) if !done.converged => {
-                    (format!("the solver of `{node}` did not converge"), done.step_factor)
-                }
+                Ok(done) if !done.converged => (format!("the solver of `{node}` did not converge"), done.step_factor),
                 Ok(_) => continue,
             };
             if hindrance.as_ref().is_none_or(|(_, smallest)| factor < *smallest) {

@@ -27,10 +27,7 @@ fn control(iterations: u32, measure: Measure) -> StepControl {
 
 fn outcome(error: f64) -> Vec<Outcome> {
     let sums = Change { field: "w".into(), change: error, increment: 1.0, magnitude: 1.0, worst_row: 7 };
-    vec![Outcome {
-        node: "a".into(),
-        result: Ok(Done { changes: vec![sums], converged: true, ..Done::default() }),
-    }]
+    vec![Outcome { node: "a".into(), result: Ok(Done { changes: vec![sums], converged: true, ..Done::default() }) }]
 }
 
 #[test]

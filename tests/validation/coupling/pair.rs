@@ -12,9 +12,7 @@ use stagger_solver::{
 };
 
 use super::{
-    monolithic::{
-        DENSITY, GAP, HEAT, RADIUS, SOFTENING, START, STIFFNESS, State, WALLS, reference, trapezoidal,
-    },
+    monolithic::{DENSITY, GAP, HEAT, RADIUS, SOFTENING, START, STIFFNESS, State, WALLS, reference, trapezoidal},
     run, settings,
 };
 

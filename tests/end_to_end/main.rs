@@ -1,0 +1,10 @@
+//! The program as a user meets it: run, kill, interrupt, verify, replay, nodes started by hand, scenes that cannot run.
+
+// Helpers of tests are not tests to clippy's `allow-unwrap-in-tests`.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod bad_runs;
+mod by_hand;
+mod faults;
+mod program;
+mod same_bits;

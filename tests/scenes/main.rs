@@ -1,0 +1,93 @@
+//! Every scene users start from, run whole, with its counts and norms pinned.
+//!
+//! Counts are exact: they change only when the method does. Norms hold to 1e-6 of their value, because the mathematical
+//! functions of another machine may round otherwise, and a settling bed amplifies that.
+
+// Helpers of tests are not tests to clippy's `allow-unwrap-in-tests`.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use std::{path::Path, process::Command};
+
+use serde_json::Value;
+
+struct Pinned {
+    scene: &'static str,
+    /// Accepted steps, rejected attempts, iterations.
+    counts: [u64; 3],
+    /// Final fields with their means.
+    means: &'static [(&'static str, f64)],
+    /// Largest share of its throughput that the energy of a node may be off.
+    imbalance: &'static [(&'static str, f64)],
+}
+
+fn run(pinned: &Pinned) -> Value {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes").join(pinned.scene);
+    let output =
+        Command::new(env!("CARGO_BIN_EXE_stagger")).arg("run").arg(&path).args(["--no-record", "--json"]).output();
+    let output = output.unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let summary: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let steps = &summary["steps"];
+    let counts = ["accepted", "rejected", "iterations"].map(|name| steps[name].as_u64().unwrap());
+    assert_eq!(counts, pinned.counts, "steps, rejections, iterations of {}", pinned.scene);
+    for (field, expected) in pinned.means {
+        let mean = field_of(&summary, field)["mean"].as_f64().unwrap();
+        assert!((mean - expected).abs() <= 1e-6 * expected.abs(), "mean {field} of {}: {mean}", pinned.scene);
+    }
+    for (name, bound) in pinned.imbalance {
+        let share = summary["imbalance"][name].as_f64().unwrap().abs();
+        assert!(share <= *bound, "imbalance of {name} in {}: {share:e}", pinned.scene);
+    }
+    summary
+}
+
+fn field_of<'a>(summary: &'a Value, name: &str) -> &'a Value {
+    let fields = summary["fields"].as_array().unwrap();
+    fields.iter().find(|field| field["field"] == name).unwrap()
+}
+
+/// Heat and light balance to rounding: sums of some thousand terms over some hundred windows.
+const ROUNDING: f64 = 1e-12;
+
+#[test]
+fn quick() {
+    run(&Pinned {
+        scene: "quick.toml",
+        counts: [0, 0, 0],
+        means: &[("temperature", 0.0)],
+        // The motion's energy is off by the integrator's error, second order in the substep.
+        imbalance: &[("particles", 5e-3), ("thermal", ROUNDING), ("optics", ROUNDING)],
+    });
+}
+
+#[test]
+fn deposition_warms_by_less_than_a_kelvin() {
+    let summary = run(&Pinned {
+        scene: "deposition.toml",
+        counts: [0, 0, 0],
+        means: &[("temperature", 0.0)],
+        imbalance: &[("particles", 5e-3), ("thermal", ROUNDING)],
+    });
+    let temperature = field_of(&summary, "temperature");
+    // Zohdi 2018, section 6.5, scenario 1: about one kelvin from the warm plate alone.
+    assert!((0.1..1.0).contains(&(temperature["mean"].as_f64().unwrap() - 300.0)));
+    assert!(temperature["max"].as_f64().unwrap() < 320.0, "nothing is hotter than the plate");
+}
+
+#[test]
+fn deposition_laser_heats_by_several_hundred_kelvin() {
+    let summary = run(&Pinned {
+        scene: "deposition-laser.toml",
+        counts: [0, 0, 0],
+        means: &[("temperature", 0.0)],
+        imbalance: &[
+            ("particles", 5e-3),
+            ("thermal", ROUNDING),
+            ("optics", ROUNDING),
+            ("absorbed: optics to thermal", ROUNDING),
+        ],
+    });
+    let temperature = field_of(&summary, "temperature");
+    // Scenario 2: several hundred kelvin.
+    assert!((200.0..600.0).contains(&(temperature["mean"].as_f64().unwrap() - 300.0)));
+}
