@@ -53,8 +53,8 @@ const ROUNDING: f64 = 1e-12;
 fn quick() {
     run(&Pinned {
         scene: "quick.toml",
-        counts: [0, 0, 0],
-        means: &[("temperature", 0.0)],
+        counts: [56, 0, 150],
+        means: &[("temperature", 397.8208813566894), ("contact_area", 9.338326051408613e-12)],
         // The motion's energy is off by the integrator's error, second order in the substep.
         imbalance: &[("particles", 5e-3), ("thermal", ROUNDING), ("optics", ROUNDING)],
     });
@@ -64,8 +64,8 @@ fn quick() {
 fn deposition_warms_by_less_than_a_kelvin() {
     let summary = run(&Pinned {
         scene: "deposition.toml",
-        counts: [0, 0, 0],
-        means: &[("temperature", 0.0)],
+        counts: [406, 0, 812],
+        means: &[("temperature", 300.4289045080709), ("contact_area", 5.411287987172071e-12)],
         imbalance: &[("particles", 5e-3), ("thermal", ROUNDING)],
     });
     let temperature = field_of(&summary, "temperature");
@@ -78,8 +78,8 @@ fn deposition_warms_by_less_than_a_kelvin() {
 fn deposition_laser_heats_by_several_hundred_kelvin() {
     let summary = run(&Pinned {
         scene: "deposition-laser.toml",
-        counts: [0, 0, 0],
-        means: &[("temperature", 0.0)],
+        counts: [406, 0, 1113],
+        means: &[("temperature", 589.8850294860978), ("contact_area", 7.314141602404102e-12)],
         imbalance: &[
             ("particles", 5e-3),
             ("thermal", ROUNDING),

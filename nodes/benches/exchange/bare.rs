@@ -64,12 +64,12 @@ fn publisher(session: &Session, key: &'static str) -> zenoh::pubsub::Publisher<'
 /// Median µs of a round trip of `rows` × 3 f64 each way.
 pub fn ping_pong(rows: usize, rounds: usize, through_hub: bool) -> f64 {
     let (endpoint, folder) = crate::endpoint("bare");
-    let hub = through_hub.then(|| crate::spawn(&["hub", &endpoint], std::process::Stdio::null()));
+    let hub = through_hub.then(|| crate::spawn_hub(&endpoint));
     if hub.is_some() {
         wait_for(&folder.join("hub.sock"));
     }
     let session = if through_hub { open("client", None, Some(&endpoint)) } else { open("peer", Some(&endpoint), None) };
-    let mut echo = crate::spawn(&["echo", &endpoint], std::process::Stdio::null());
+    let mut echo = crate::spawn(&["echo", &endpoint]);
     let (sender, received) = channel();
     let _subscriber = session
         .declare_subscriber("pong")

@@ -106,14 +106,14 @@ impl Observer for Stopwatch {
 }
 
 /// Median µs of an iteration with `rows` × 3 f64 each way.
-pub fn iterations(rows: usize, rounds: usize) -> f64 {
+pub fn iterations(rows: usize, rounds: usize, order: Order) -> f64 {
     let (endpoint, folder) = crate::endpoint("coupled");
     let link = Link::open(&Role::Hub { listen: endpoint.clone() }, None).expect("the endpoint is free");
     let mut children: Vec<_> =
-        ["a", "b"].into_iter().map(|name| crate::spawn(&["node", name, &rows.to_string(), &endpoint], std::process::Stdio::null())).collect();
+        ["a", "b"].into_iter().map(|name| crate::spawn(&["node", name, &rows.to_string(), &endpoint])).collect();
     let total = rounds + rounds / 10;
     let settings = Settings {
-        order: Order::GaussSeidel,
+        order,
         sequence: Vec::new(),
         acceleration: Acceleration::None,
         tolerance: BTreeMap::new(),

@@ -1,18 +1,23 @@
-//! One coupling iteration between two trivial nodes and the coordinator, each a process of its own, beside a bare Zenoh
-//! ping-pong of the same payloads in the same run.
+//! One coupling iteration between two trivial nodes and the coordinator, each a process of its own, beside ping-pongs of
+//! the same payloads in the same run.
 //!
 //! `cargo bench -p stagger-nodes --bench exchange` prints medians over the rounds, in µs, for N rows of three f64 each
-//! way. `direct` is a ping-pong of two processes with nothing between them; `hub` passes through a third, as the
-//! fields of two nodes do. All use Unix sockets, shared memory for large payloads, and copy a payload out on arrival.
+//! way. `socket` is a plain Unix socket between two processes: what this machine can do. `direct` is Zenoh between two
+//! processes with nothing between them; `hub` is Zenoh through a third, as the fields of two nodes go: four messages on
+//! the way, as in an iteration in Gauss–Seidel order (directive, field in and out of the hub, reply). All Zenoh rows use
+//! Unix sockets and shared memory for large payloads, and copy a payload out on arrival, as a solver does.
 
 mod bare;
 mod coupled;
+mod socket;
 
+use stagger_solver::coupling::Order;
 use std::{
     path::PathBuf,
-    process::{Child, Stdio},
+    process::{Child, Command, Stdio},
 };
 
+const SYSTEMS: [&str; 5] = ["socket", "direct", "hub", "gauss-seidel", "jacobi"];
 const SIZES: [usize; 4] = [1, 1_000, 10_000, 100_000];
 /// Passes over all sizes and systems in turn, so that the machine's drift hits all alike.
 const PASSES: usize = 5;
@@ -28,49 +33,49 @@ fn main() {
     match arguments.get(1).map(String::as_str) {
         Some("echo") => return bare::echo(&arguments[2]),
         Some("hub") => return bare::hub(&arguments[2]),
+        Some("mirror") => return socket::mirror(&arguments[2], &arguments[3]),
         Some("node") => return coupled::node(&arguments[2..]),
         // One measurement a process: what a session maps of others' shared memory it keeps until its process ends.
         Some("measure") => {
             let rows = arguments[3].parse().expect("a number of rows");
             let time = match arguments[2].as_str() {
+                "socket" => socket::ping_pong(rows, rounds(rows)),
                 "direct" => bare::ping_pong(rows, rounds(rows), false),
                 "hub" => bare::ping_pong(rows, rounds(rows), true),
-                _ => coupled::iterations(rows, rounds(rows)),
+                "gauss-seidel" => coupled::iterations(rows, rounds(rows), Order::GaussSeidel),
+                _ => coupled::iterations(rows, rounds(rows), Order::Jacobi),
             };
             return println!("{time}");
         }
         _ => {}
     }
-    println!("median µs per round of {PASSES} passes (fastest and slowest pass in brackets)");
-    println!(
-        "{:>8} {:>24} {:>24} {:>24} {:>8} {:>8}",
-        "N x 3", "bare, direct", "bare, by a hub", "stagger iteration", "/direct", "/hub"
-    );
+    println!("median µs per round, {PASSES} passes (fastest and slowest pass in brackets)");
+    let head = SYSTEMS.map(|system| format!("{system:>22}")).concat();
+    println!("{:>8}{head} {:>10} {:>10}", "N x 3", "seidel/hub", "/direct");
     for rows in SIZES {
-        let mut times: [Vec<f64>; 3] = Default::default();
+        let mut times: [Vec<f64>; SYSTEMS.len()] = Default::default();
         for _ in 0..PASSES {
-            for (system, times) in ["direct", "hub", "stagger"].into_iter().zip(&mut times) {
+            for (system, times) in SYSTEMS.into_iter().zip(&mut times) {
                 times.push(measure(system, rows));
             }
         }
-        let [direct, hub, ours] = times.map(|mut passes| {
+        let medians = times.map(|mut passes| {
             passes.sort_by(f64::total_cmp);
             (passes[passes.len() / 2], passes[0], passes[passes.len() - 1])
         });
-        let shown = |(median, low, high): (f64, f64, f64)| format!("{median:.0} [{low:.0}, {high:.0}]");
-        println!(
-            "{rows:>8} {:>24} {:>24} {:>24} {:>8.2} {:>8.2}",
-            shown(direct),
-            shown(hub),
-            shown(ours),
-            ours.0 / direct.0,
-            ours.0 / hub.0
-        );
+        let shown = medians.map(|(median, low, high)| format!("{:>22}", format!("{median:.0} [{low:.0}, {high:.0}]")));
+        let [_, direct, hub, seidel, _] = medians.map(|(median, ..)| median);
+        println!("{rows:>8}{} {:>10.2} {:>10.2}", shown.concat(), seidel / hub, seidel / direct);
     }
 }
 
 fn measure(system: &str, rows: usize) -> f64 {
-    let mut child = spawn(&["measure", system, &rows.to_string()], Stdio::piped());
+    let mut child = program(&["measure", system, &rows.to_string()]);
+    // A coordinator passes messages on, and a hub that has one thread for both directions locks itself out.
+    if !["gauss-seidel", "jacobi"].contains(&system) {
+        child.env(RUNTIME, ONE_THREAD);
+    }
+    let mut child = child.stdout(Stdio::piped()).spawn().expect("this program can be started again");
     let mut result = String::new();
     let output = child.stdout.as_mut().expect("it is piped");
     std::io::Read::read_to_string(output, &mut result).expect("a child prints text");
@@ -86,16 +91,26 @@ fn endpoint(name: &str) -> (String, PathBuf) {
     (format!("unixsock-stream/{}/hub.sock", folder.display()), folder)
 }
 
-/// This program again, in another role, with the same one-thread runtime as a node.
-fn spawn(arguments: &[&str], stdout: Stdio) -> Child {
-    let one = "(app: (worker_threads: 1), rx: (handover: app), tx: (handover: app), acc: (handover: app), net: (handover: app))";
-    std::process::Command::new(std::env::current_exe().expect("a running program has a path"))
-        .args(arguments)
-        .env("ZENOH_RUNTIME", one)
-        .stdin(Stdio::piped())
-        .stdout(stdout)
-        .spawn()
-        .expect("this program can be started again")
+const RUNTIME: &str = "ZENOH_RUNTIME";
+const ONE_THREAD: &str =
+    "(app: (worker_threads: 1), rx: (handover: app), tx: (handover: app), acc: (handover: app), net: (handover: app))";
+
+/// This program again, in another role.
+fn program(arguments: &[&str]) -> Command {
+    let mut command = Command::new(std::env::current_exe().expect("a running program has a path"));
+    command.args(arguments).env_remove(RUNTIME).stdin(Stdio::piped());
+    command
+}
+
+/// A process at the end of one link, with the same one-thread runtime as a node.
+fn spawn(arguments: &[&str]) -> Child {
+    let mut command = program(arguments);
+    command.env(RUNTIME, ONE_THREAD).stdout(Stdio::null()).spawn().expect("this program can be started again")
+}
+
+/// A process that passes messages on.
+fn spawn_hub(endpoint: &str) -> Child {
+    program(&["hub", endpoint]).stdout(Stdio::null()).spawn().expect("this program can be started again")
 }
 
 fn median(mut times: Vec<f64>) -> f64 {
