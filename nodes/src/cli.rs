@@ -10,16 +10,19 @@ use std::{
 };
 
 use clap::{Args, Parser, Subcommand};
+use stagger_messages::keys;
 use stagger_recordings::{Recording, Summary as RecordingSummary};
 use stagger_solver::scene::Scene;
 
 use crate::{
-    check, diagnostics,
+    check,
+    coordinator::RunError,
+    diagnostics,
     host::NodeEnd,
     link::{Link, Role},
     node,
     replay::{self, Pace},
-    run::{self, Options},
+    run::{self, Failed, Options},
     verify, view,
 };
 
@@ -215,6 +218,7 @@ fn not_negative(text: &str) -> Result<f64, String> {
 enum End {
     Done,
     Code(u8, String),
+    Silent(u8),
 }
 
 /// Runs a command.
@@ -247,6 +251,7 @@ pub fn main(arguments: Arguments) -> ExitCode {
     };
     match end {
         End::Done => ExitCode::SUCCESS,
+        End::Silent(code) => ExitCode::from(code),
         End::Code(code, message) => {
             diagnostics::error(&message);
             ExitCode::from(code)
@@ -296,6 +301,9 @@ fn set_threads(threads: Option<u16>) {
 fn run_scene(arguments: RunArguments) -> End {
     let mut commands = std::collections::BTreeMap::new();
     for (node, command) in arguments.nodes {
+        if let Err(error) = keys::check_name(&node) {
+            return End::Code(USAGE, format!("--node {node}: {error}"));
+        }
         commands.insert(node, command.split_whitespace().map(str::to_owned).collect());
     }
     let view = match (arguments.view, view::bridge()) {
@@ -327,7 +335,8 @@ fn coordinate(arguments: &SceneArguments, output: &OutputArguments, options: Opt
     {
         return End::Code(USAGE, format!("the scene cannot run: {error}"));
     }
-    let default = || PathBuf::from(arguments.scene.file_stem().unwrap_or_default()).with_extension("mcap");
+    let default =
+        || PathBuf::from(format!("{}.mcap", arguments.scene.file_stem().unwrap_or_default().to_string_lossy()));
     let record = if output.no_record { None } else { Some(output.record.clone().unwrap_or_else(default)) };
     let options = Options {
         scene: arguments.scene.clone(),
@@ -337,8 +346,11 @@ fn coordinate(arguments: &SceneArguments, output: &OutputArguments, options: Opt
     };
     let summary = match run::run(&scene, options, &interrupt()) {
         Ok(summary) => summary,
+        Err(Failed::Run(RunError::Plan(error))) => return End::Code(USAGE, format!("the scene cannot run: {error}")),
         Err(error) => {
-            let kept = record.map(|path| format!("\nhint: what was recorded until then is in {}", path.display()));
+            let kept = record
+                .filter(|path| path.is_file())
+                .map(|path| format!("\nhint: what was recorded until then is in {}", path.display()));
             return failed(&format!("{error}{}", kept.unwrap_or_default()));
         }
     };
@@ -352,6 +364,8 @@ fn coordinate(arguments: &SceneArguments, output: &OutputArguments, options: Opt
     let lost = summary.recording.as_ref().map_or(0, |recording| recording.lost);
     if !summary.completed {
         End::Code(MISSING, format!("stopped at t = {:e} s on request", summary.steps.time_s))
+    } else if !summary.missing.is_empty() {
+        End::Code(MISSING, format!("{} ended without saying what their fields held", summary.missing.join(", ")))
     } else if lost > 0 {
         End::Code(MISSING, format!("{lost} messages are missing from the recording"))
     } else {
@@ -388,7 +402,10 @@ fn run_node(arguments: NodeArguments) -> End {
         config: arguments.config,
     };
     match node::run(&scene, &options) {
-        Ok(NodeEnd::Stopped(_)) => End::Done,
+        Ok(NodeEnd::Stopped { completed: true, .. }) => End::Done,
+        // The parent tells why.
+        Ok(NodeEnd::Stopped { .. }) if options.child => End::Silent(FAILED),
+        Ok(NodeEnd::Stopped { reason, .. }) => End::Code(FAILED, format!("the run ended early: {reason}")),
         Ok(NodeEnd::Abandoned) => End::Code(FAILED, format!("`{}`: the coordinator is gone", options.name)),
         Err(error) => failed(&error),
     }
@@ -400,9 +417,14 @@ fn replay_file(arguments: ReplayArguments) -> End {
         Err(error) => return about(&arguments.file, &error),
     };
     let going = interrupt();
-    let endpoint = match run::Endpoint::new(&recording.info.run, arguments.listen.as_deref()) {
+    // Beside the run itself and beside other replays of it.
+    let name = format!("{}-replay-{}", recording.info.run, std::process::id());
+    let named = keys::check_name(&name).map_err(|error| failed(&error));
+    let endpoint = match named
+        .and_then(|name| run::Endpoint::new(name, arguments.listen.as_deref()).map_err(|error| failed(&error)))
+    {
         Ok(endpoint) => endpoint,
-        Err(error) => return failed(&error),
+        Err(end) => return end,
     };
     let pace = Pace {
         speed: arguments.speed,

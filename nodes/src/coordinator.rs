@@ -15,12 +15,20 @@ use stagger_solver::coupling::{ControlError, Ensemble, Outcome, PlanError, Task}
 
 use crate::link::{Arrival, Declared, Link, LinkError, Outlet};
 
-/// How often an unanswered question is put again.
+/// After how long an unanswered question is put again, at first; then after twice as long each time.
 const ASK_AGAIN: Duration = Duration::from_secs(2);
-/// How often the plan is put until all nodes are ready.
+/// The same for the plan.
 const PLAN_AGAIN: Duration = Duration::from_millis(250);
+/// How long a node may work on one answer before it is taken for dead.
+const NO_ANSWER: Duration = Duration::from_secs(600);
+/// How long a user who wants the run to end waits for the step under way.
+const INTERRUPTED: Duration = Duration::from_secs(10);
 /// How long nodes have to leave.
 const FAREWELL: Duration = Duration::from_secs(5);
+/// How long last words may come after the end of their node's token.
+const OVERTAKEN: Duration = Duration::from_millis(300);
+/// How often they are told.
+const STOP_AGAIN: Duration = Duration::from_secs(1);
 
 /// Why a run ended before its end.
 #[derive(Debug, thiserror::Error)]
@@ -71,8 +79,18 @@ pub enum RunError {
         /// Its words.
         message: String,
     },
-    /// The user asked to stop before the first step.
-    #[error("interrupted before the start")]
+    /// A node that is there but gives no answer.
+    #[error("node `{node}` has not answered for {} s, in {at}", .patience.as_secs())]
+    Silent {
+        /// The node.
+        node: String,
+        /// What it was asked for.
+        at: String,
+        /// How long it had.
+        patience: Duration,
+    },
+    /// The user asked to stop before the first step, or the step under way does not end.
+    #[error("interrupted")]
     Interrupted,
 }
 
@@ -103,7 +121,9 @@ pub struct Remote<'a> {
     keeper: &'a mut dyn Keeper,
     nodes: BTreeSet<String>,
     alive: BTreeSet<String>,
+    order: Vec<String>,
     farewells: BTreeMap<String, Vec<FieldSummary>>,
+    finished: bool,
     refused: u64,
     _declared: Vec<Declared>,
 }
@@ -137,7 +157,9 @@ impl<'a> Remote<'a> {
             keeper,
             nodes,
             alive: BTreeSet::new(),
+            order: Vec::new(),
             farewells: BTreeMap::new(),
+            finished: false,
             refused: 0,
             _declared: declared,
         })
@@ -188,6 +210,12 @@ impl<'a> Remote<'a> {
         let mut fields: Vec<_> = self.farewells.values().flatten().cloned().collect();
         fields.sort_by(|a, b| a.field.cmp(&b.field));
         fields
+    }
+
+    /// Nodes that ended without a word about their fields.
+    #[must_use]
+    pub fn without_farewell(&self) -> Vec<String> {
+        self.nodes.iter().filter(|node| !self.farewells.contains_key(*node)).cloned().collect()
     }
 
     /// Messages refused so far.
@@ -251,6 +279,27 @@ impl<'a> Remote<'a> {
         }
     }
 
+    /// Whether all nodes have answered, or all before one that failed: those after it may wait for its fields.
+    fn complete(&self, outcomes: &BTreeMap<String, Outcome>) -> bool {
+        let answers = self.order.iter().map(|node| outcomes.get(node));
+        for answer in answers {
+            match answer {
+                None => return false,
+                Some(outcome) if outcome.result.is_err() => return true,
+                Some(_) => {}
+            }
+        }
+        true
+    }
+
+    fn check_silence(&self, since: Instant, answered: impl Fn(&str) -> bool, at: &str) -> Result<(), RunError> {
+        if since.elapsed() < NO_ANSWER {
+            return Ok(());
+        }
+        let silent = self.order.iter().find(|node| !answered(node)).cloned().unwrap_or_default();
+        Err(RunError::Silent { node: silent, at: at.into(), patience: NO_ANSWER })
+    }
+
     fn expects(&self, envelope: &Envelope) -> bool {
         envelope.run == self.run
             && envelope.schema == SCHEMA_VERSION
@@ -281,14 +330,19 @@ impl Ensemble for Remote<'_> {
     type Error = RunError;
 
     fn start(&mut self, plan: &Plan) -> Result<Vec<(String, Ready)>, RunError> {
+        self.order.clone_from(&plan.order);
         let mut ready: BTreeMap<String, Ready> = BTreeMap::new();
+        let mut patience = PLAN_AGAIN;
+        let begun = Instant::now();
         while ready.len() < self.nodes.len() {
             if self.keeper.interrupted() {
                 return Err(RunError::Interrupted);
             }
+            self.check_silence(begun, |node| ready.contains_key(node), "its start")?;
             let about = Envelope { version: Some(Version::INITIAL), ..Envelope::default() };
             self.direct(about, None, directive::Task::Plan(plan.clone()))?;
-            let again = Instant::now() + PLAN_AGAIN;
+            let again = Instant::now() + patience;
+            patience = (2 * patience).min(ASK_AGAIN);
             while ready.len() < self.nodes.len() && Instant::now() < again {
                 match self.hear(Version::INITIAL, again.saturating_duration_since(Instant::now()))? {
                     Some((node, report::Body::Ready(body))) => {
@@ -314,10 +368,19 @@ impl Ensemble for Remote<'_> {
         let ask = |again| directive::Task::Iterate(Iterate { committed: Some(task.committed), again });
         self.direct(about.clone(), before, ask(false))?;
         let mut outcomes: BTreeMap<String, Outcome> = BTreeMap::new();
-        while outcomes.len() < self.nodes.len() {
-            let Some((node, body)) = self.hear(task.version, ASK_AGAIN)? else {
-                // A node that still solves ignores this; one whose reply was lost gives it again.
-                self.direct(about.clone(), before, ask(true))?;
+        let begun = Instant::now();
+        let (mut patience, mut interrupted) = (ASK_AGAIN, None);
+        while !self.complete(&outcomes) {
+            let Some((node, body)) = self.hear(task.version, patience.min(ASK_AGAIN))? else {
+                if self.keeper.interrupted() && interrupted.get_or_insert_with(Instant::now).elapsed() > INTERRUPTED {
+                    return Err(RunError::Interrupted);
+                }
+                self.check_silence(begun, |node| outcomes.contains_key(node), &task.version.to_string())?;
+                if begun.elapsed() >= patience {
+                    // A node that still solves takes this for later; one whose message was lost sends it again.
+                    self.direct(about.clone(), before, ask(true))?;
+                    patience *= 2;
+                }
                 continue;
             };
             let result = match body {
@@ -325,26 +388,47 @@ impl Ensemble for Remote<'_> {
                 report::Body::Failure(failure) => Err(failure),
                 report::Body::Ready(_) | report::Body::Farewell(_) => continue,
             };
-            let failed = result.is_err();
             outcomes.insert(node.clone(), Outcome { node, result });
+        }
+        // Up to the first failure in the order of solving, whoever answered first: the same decision every time.
+        let mut in_order = Vec::new();
+        for node in &self.order {
+            let Some(outcome) = outcomes.remove(node) else { break };
+            let failed = outcome.result.is_err();
+            in_order.push(outcome);
             if failed {
-                // Nodes further on wait for fields that will not come; the next directive finds them waiting.
                 break;
             }
         }
-        Ok(outcomes.into_values().collect())
+        Ok(in_order)
     }
 
     fn finish(&mut self, last: Option<&Decision>, completed: bool, reason: &str) -> Result<(), RunError> {
+        if std::mem::replace(&mut self.finished, true) {
+            return Ok(());
+        }
         let version = last.and_then(|decision| decision.version);
         let about = Envelope { version: version.or(Some(Version::INITIAL)), ..Envelope::default() };
-        let stop = Stop { completed, reason: reason.into() };
-        self.direct(about, last, directive::Task::Stop(stop))?;
-        let deadline = Instant::now() + FAREWELL;
-        while self.farewells.len() < self.alive.len() && Instant::now() < deadline {
+        let stop = directive::Task::Stop(Stop { completed, reason: reason.into() });
+        self.direct(about.clone(), last, stop.clone())?;
+        let mut deadline = Instant::now() + FAREWELL;
+        while self.farewells.len() < self.nodes.len() && Instant::now() < deadline {
+            if self.alive.iter().all(|node| self.farewells.contains_key(node)) {
+                // A token's end may overtake the node's last words.
+                deadline = deadline.min(Instant::now() + OVERTAKEN);
+            }
             let left = deadline.saturating_duration_since(Instant::now());
-            let Ok(event) = self.events.recv_timeout(left) else { break };
-            let Event::Report(arrival) = event else { continue };
+            let arrival = match self.events.recv_timeout(STOP_AGAIN.min(left)) {
+                Ok(Event::Report(arrival)) => arrival,
+                Ok(Event::Alive(key, alive)) => {
+                    self.hear_life(&key, alive);
+                    continue;
+                }
+                Err(_) => {
+                    self.direct(about.clone(), last, stop.clone())?;
+                    continue;
+                }
+            };
             let Ok(report) = codec::decode::<Report>("report", &arrival.payload) else { continue };
             if let (Some(envelope), Some(report::Body::Farewell(farewell))) = (report.envelope, report.body)
                 && self.expects(&envelope)

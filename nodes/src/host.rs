@@ -6,9 +6,9 @@ use std::{
     collections::BTreeMap,
     sync::{
         Arc, Mutex, PoisonError,
-        mpsc::{Receiver, RecvTimeoutError, Sender},
+        mpsc::{Receiver, Sender},
     },
-    time::{Duration, Instant},
+    time::Instant,
 };
 
 use bytes::Bytes;
@@ -43,8 +43,13 @@ pub struct Identity {
 /// How a node ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum NodeEnd {
-    /// The coordinator said so; `true` where the run was completed.
-    Stopped(bool),
+    /// The coordinator said so.
+    Stopped {
+        /// Whether the run was completed.
+        completed: bool,
+        /// Why it ended, in words.
+        reason: String,
+    },
     /// The coordinator is gone.
     Abandoned,
 }
@@ -100,8 +105,9 @@ pub struct Host {
     /// What the node holds at t = 0, and whether the coordinator waits to hear it.
     ready: (Ready, bool),
     pending: Option<(Envelope, Iterate, Instant)>,
-    /// The last answer, for a coordinator that missed it.
+    /// The last answer and the one before it, for whoever missed them.
     answered: Option<(Envelope, Fields, Done)>,
+    before: Option<(Envelope, Fields)>,
     /// What readers hold of each field, and the version they know it by.
     sent: BTreeMap<String, (Version, Field)>,
     /// The same, whole, for whoever comes late and asks.
@@ -183,6 +189,7 @@ impl Host {
             ready: (Ready::default(), false),
             pending: None,
             answered: None,
+            before: None,
             sent: BTreeMap::new(),
             latest,
             committed: Version::INITIAL,
@@ -204,11 +211,8 @@ impl Host {
     /// The link fails, or the physics cannot start.
     pub fn run(mut self) -> Result<NodeEnd, HostError> {
         loop {
-            let event = match self.events.1.recv_timeout(Duration::from_secs(3600)) {
-                Ok(event) => event,
-                Err(RecvTimeoutError::Timeout) => continue,
-                Err(RecvTimeoutError::Disconnected) => return Ok(NodeEnd::Abandoned),
-            };
+            // It holds a sender itself, so that the channel cannot close.
+            let Ok(event) = self.events.1.recv() else { return Ok(NodeEnd::Abandoned) };
             match event {
                 Event::Abandoned => return Ok(NodeEnd::Abandoned),
                 Event::Field(arrival) => self.receive_field(arrival),
@@ -223,6 +227,7 @@ impl Host {
         }
     }
 
+    /// Whether a message belongs here. Before its first plan a node hears of any epoch, in `new_epoch` of a later one.
     fn accepts(&mut self, envelope: Option<&Envelope>, new_epoch: bool) -> bool {
         let fits = envelope.is_some_and(|envelope| {
             envelope.run == self.identity.run
@@ -263,8 +268,10 @@ impl Host {
             self.refused += 1;
             return Ok(None);
         };
+        // A run may end before this node has heard of its plan.
         let is_plan = matches!(directive.task, Some(directive::Task::Plan(_)));
-        if !self.accepts(directive.envelope.as_ref(), is_plan) {
+        let is_early_stop = matches!(directive.task, Some(directive::Task::Stop(_))) && self.epoch.is_none();
+        if !self.accepts(directive.envelope.as_ref(), is_plan || is_early_stop) {
             return Ok(None);
         }
         let envelope = directive.envelope.unwrap_or_default();
@@ -274,19 +281,16 @@ impl Host {
         match directive.task {
             Some(directive::Task::Plan(plan)) => self.start(&envelope, plan)?,
             Some(directive::Task::Iterate(iterate)) => {
-                let version = envelope.version.unwrap_or_default();
-                match &self.answered {
-                    Some((answered, ..)) if answered.version == Some(version) => {
-                        if iterate.again {
-                            self.answer_again()?;
-                        }
-                    }
-                    _ => self.pending = Some((envelope, iterate, Instant::now())),
+                if iterate.again {
+                    self.answer_again(&envelope, &iterate)?;
+                }
+                if self.answered.as_ref().is_none_or(|(answered, ..)| answered.version != envelope.version) {
+                    self.pending = Some((envelope, iterate, Instant::now()));
                 }
             }
-            Some(directive::Task::Stop(Stop { completed, .. })) => {
+            Some(directive::Task::Stop(Stop { completed, reason })) => {
                 self.take_leave()?;
-                return Ok(Some(NodeEnd::Stopped(completed)));
+                return Ok(Some(NodeEnd::Stopped { completed, reason }));
             }
             None => self.refused += 1,
         }
@@ -315,6 +319,9 @@ impl Host {
     fn start(&mut self, envelope: &Envelope, plan: Plan) -> Result<(), HostError> {
         if self.epoch != Some(envelope.epoch) {
             self.epoch = Some(envelope.epoch);
+            self.sequence = 0;
+            self.sent.clear();
+            self.committed = Version::INITIAL;
             let mine = plan.nodes.into_iter().find(|node| node.node == self.identity.node).unwrap_or_default();
             self.sources = mine.sources;
             self.mailbox = Mailbox::default();
@@ -337,8 +344,7 @@ impl Host {
         let fields = self.current.clone();
         self.publish(&Envelope { version: Some(Version::INITIAL), ..envelope.clone() }, &fields, true)?;
         self.ready.1 = true;
-        self.pending = None;
-        self.answered = None;
+        (self.pending, self.answered, self.before) = (None, None, None);
         self.try_ready()
     }
 
@@ -371,6 +377,7 @@ impl Host {
                 let (count, bytes) = self.publish(&envelope, &fields, false)?;
                 (done.fields, done.bytes) = (count, bytes);
                 self.tell(&envelope, report::Body::Done(done.clone()))?;
+                self.before = self.answered.take().map(|(envelope, fields, _)| (envelope, fields));
                 self.answered = Some((envelope, fields, done));
                 Ok(())
             }
@@ -386,10 +393,25 @@ impl Host {
         )
     }
 
-    fn answer_again(&mut self) -> Result<(), HostError> {
-        let Some((envelope, fields, done)) = self.answered.clone() else { return Ok(()) };
-        self.publish(&envelope, &fields, true)?;
-        self.tell(&envelope, report::Body::Done(done))
+    /// Publishes once more, whole, what a trial rests on and what this node answered: somebody lacks a field of this
+    /// iteration or of the one before it, or the coordinator a reply.
+    fn answer_again(&mut self, asked: &Envelope, iterate: &Iterate) -> Result<(), HostError> {
+        let version = asked.version.unwrap_or_default();
+        let fields = self.current.clone();
+        self.publish(&Envelope { version: iterate.committed, ..asked.clone() }, &fields, true)?;
+        let same_attempt = |envelope: &Envelope| {
+            envelope.version.is_some_and(|at| (at.step, at.attempt) == (version.step, version.attempt))
+        };
+        if let Some((envelope, fields)) = self.before.clone().filter(|(envelope, _)| same_attempt(envelope)) {
+            self.publish(&envelope, &fields, true)?;
+        }
+        if let Some((envelope, fields, done)) = self.answered.clone().filter(|(envelope, ..)| same_attempt(envelope)) {
+            self.publish(&envelope, &fields, true)?;
+            if envelope.version == asked.version {
+                self.tell(&envelope, report::Body::Done(done))?;
+            }
+        }
+        Ok(())
     }
 
     /// Publishes fields; one whose values readers hold already is sent as a reference, unless `whole`.

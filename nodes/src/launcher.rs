@@ -6,6 +6,7 @@
 use std::{
     collections::{BTreeMap, VecDeque},
     io::{BufRead, BufReader},
+    os::unix::process::CommandExt as _,
     path::PathBuf,
     process::{Child, Command, Stdio},
     sync::{
@@ -78,6 +79,8 @@ impl Launcher {
                 .env("STAGGER_CONNECT", &common.connect)
                 .env("STAGGER_SCENE", &common.scene)
                 .env("STAGGER_SCENE_HASH", common.scene_hash.to_string())
+                // Ctrl-C is for the coordinator, which lets the nodes finish their step.
+                .process_group(0)
                 .stdin(Stdio::piped())
                 .stdout(Stdio::null())
                 .stderr(Stdio::piped());
@@ -87,12 +90,6 @@ impl Launcher {
             launcher.workers.insert(name.clone(), Worker::new(name, child));
         }
         Ok(launcher)
-    }
-
-    /// Process ids by node.
-    #[must_use]
-    pub fn pids(&self) -> BTreeMap<String, u32> {
-        self.workers.iter().map(|(name, worker)| (name.clone(), worker.child.id())).collect()
     }
 }
 
@@ -112,6 +109,8 @@ impl Drop for Launcher {
                 // One that has just ended by itself cannot be killed, which is as good.
                 let _ = worker.child.kill();
                 let _ = worker.child.wait();
+                // A process it started may still hold its diagnostics open: they are not waited for.
+                continue;
             }
             if let Some(reader) = worker.reader.take() {
                 // The reader ends with the pipe; a panic in it lost diagnostics, nothing else.

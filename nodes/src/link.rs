@@ -27,7 +27,7 @@ use zenoh::{
 const SHARED_MEMORY_FROM: usize = 3 * 1024;
 /// Pool of one node's outgoing fields, in bytes. A full pool falls back to the socket, with a warning.
 const SHARED_MEMORY_POOL: usize = 256 * 1024 * 1024;
-/// Buffers of one key a publisher keeps: the committed version and the two newest iterates. While it holds them,
+/// Newest buffers of one key that a publisher keeps; readers copy them out when they arrive. While it holds them,
 /// Zenoh's watchdog does not take them back (eclipse-zenoh/zenoh#2628), however late a reader is scheduled.
 const HELD_BUFFERS: usize = 3;
 /// How long a stopped process is taken for alive, in ms.
@@ -74,8 +74,6 @@ pub enum Role {
         /// The hub's endpoint.
         connect: String,
     },
-    /// Everything in one process: no endpoint at all.
-    Alone,
 }
 
 /// A message as it came.
@@ -119,7 +117,6 @@ impl Link {
         let (mode, listen, connect, what) = match role {
             Role::Hub { listen } => ("peer", vec![listen], vec![], format!("listen on {listen}")),
             Role::Node { connect } => ("client", vec![], vec![connect], format!("connect to {connect}")),
-            Role::Alone => ("peer", vec![], vec![], "open a session".into()),
         };
         let list = |endpoints: Vec<&String>| serde_json::json!(endpoints).to_string();
         let lines = [

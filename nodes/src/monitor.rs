@@ -34,7 +34,7 @@ pub struct Steps {
     pub dt_mean_s: f64,
     /// Largest accepted window, in s.
     pub dt_max_s: f64,
-    /// How often each field had the largest error over its tolerance in an accepted step's first iteration.
+    /// How often each field had the largest error over its tolerance in the first iteration of an attempt.
     pub limiting: BTreeMap<String, u64>,
 }
 

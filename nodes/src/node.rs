@@ -5,7 +5,6 @@ use std::{io::Read as _, path::PathBuf};
 use stagger_solver::scene::Scene;
 
 use crate::{
-    diagnostics,
     host::{Event, Host, HostError, Identity, NodeEnd},
     link::{Link, LinkError, Role},
     roster::{RosterError, participant},
@@ -51,12 +50,6 @@ pub fn run(scene: &Scene, options: &Options) -> Result<NodeEnd, NodeError> {
     let link = Link::open(&Role::Node { connect: options.connect.clone() }, options.config.as_deref())?;
     let identity = Identity { run: options.run.clone(), node: options.name.clone(), scene_hash: scene.hash };
     let host = Host::new(&link, identity, participant)?;
-    // The terminal sends Ctrl-C to parent and child alike; the parent decides what follows from it.
-    if options.child
-        && let Err(error) = ctrlc::set_handler(|| {})
-    {
-        diagnostics::warn(&format!("cannot ignore Ctrl-C: {error}"));
-    }
     if options.child {
         let to_host = host.sender();
         std::thread::spawn(move || {
@@ -65,7 +58,10 @@ pub fn run(scene: &Scene, options: &Options) -> Result<NodeEnd, NodeError> {
             let _ = to_host.send(Event::Abandoned);
         });
     }
-    let end = host.run()?;
-    link.close()?;
+    let end = host.run();
+    // Whatever happened, what was said last must leave; how the node ended is the more important news.
+    let closed = link.close();
+    let end = end?;
+    closed?;
     Ok(end)
 }

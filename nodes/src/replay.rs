@@ -1,14 +1,12 @@
 //! `stagger replay`: publishes a recording as the live run did.
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, btree_map::Entry},
     io::BufRead as _,
     time::{Duration, Instant},
 };
 
-use bytes::Bytes;
-use prost::Message as _;
-use stagger_messages::{codec, keys};
+use stagger_messages::keys;
 use stagger_recordings::{Body, Message, Recording, RecordingError};
 
 use crate::link::{Link, LinkError, Outlet};
@@ -48,6 +46,8 @@ pub fn replay(recording: &Recording, link: &Link, pace: &Pace, going: &dyn Fn() 
     let mut first: Option<(u64, Instant)> = None;
     let mut step = 0;
     let mut sent = 0;
+    // The newest values of each field left out: later messages may refer to them.
+    let mut left_out: BTreeMap<String, Message> = BTreeMap::new();
     let first_reader = link.publisher(keys::directive(&recording.info.run))?;
     while !pace.at_once && going() && !first_reader.has_reader()? {
         std::thread::sleep(Duration::from_millis(20));
@@ -58,56 +58,66 @@ pub fn replay(recording: &Recording, link: &Link, pace: &Pace, going: &dyn Fn() 
             break;
         }
         let (t_s, at_step) = place(&message);
-        if at_step > 0 && t_s < pace.from_s {
-            continue;
-        }
-        if t_s > pace.to_s {
-            break;
+        if let Some(t_s) = t_s {
+            if t_s < pace.from_s {
+                if matches!(&message.body, Body::Field(received) if received.field.is_some()) {
+                    left_out.insert(message.topic.clone(), message);
+                }
+                continue;
+            }
+            if t_s > pace.to_s {
+                break;
+            }
+            for (_, message) in std::mem::take(&mut left_out) {
+                sent += put(recording, link, &mut outlets, &message)?;
+            }
         }
         if pace.step && at_step > step {
-            crate::diagnostics::note(&format!("step {at_step}, t = {t_s:e} s: press Enter"));
+            crate::diagnostics::note(&format!("step {at_step}, t = {:e} s: press Enter", t_s.unwrap_or_default()));
             // A closed standard input can press no more keys: the rest follows without waiting.
             let _ = std::io::stdin().lock().read_line(&mut String::new());
             step = at_step;
         } else if pace.speed.is_finite() && at_step > 0 {
             let (start, begun) = *first.get_or_insert((message.publish_time_ns, Instant::now()));
-            let due = Duration::from_nanos(message.publish_time_ns.saturating_sub(start)).div_f64(pace.speed);
-            std::thread::sleep(due.saturating_sub(begun.elapsed()));
-        }
-        let key = format!("stagger/{}/{}", recording.info.run, message.topic);
-        let (attachment, payload) = parts(&message);
-        let outlet = match outlets.entry(key) {
-            std::collections::btree_map::Entry::Occupied(outlet) => outlet.into_mut(),
-            std::collections::btree_map::Entry::Vacant(place) => {
-                let outlet = link.publisher(place.key().clone())?;
-                place.insert(outlet)
+            let recorded = Duration::from_nanos(message.publish_time_ns.saturating_sub(start)).as_secs_f64();
+            let due = Duration::try_from_secs_f64(recorded / pace.speed).unwrap_or(Duration::MAX);
+            while going() && begun.elapsed() < due {
+                std::thread::sleep(due.saturating_sub(begun.elapsed()).min(Duration::from_millis(50)));
             }
-        };
-        outlet.put(attachment, payload)?;
-        sent += 1;
+        }
+        sent += put(recording, link, &mut outlets, &message)?;
     }
     Ok(sent)
 }
 
-/// Simulated time at the window's start, and the step.
-fn place(message: &Message) -> (f64, u64) {
+fn put(
+    recording: &Recording,
+    link: &Link,
+    outlets: &mut BTreeMap<String, Outlet>,
+    message: &Message,
+) -> Result<u64, LinkError> {
+    let (attachment, payload) = message.parts();
+    let attachment = (!attachment.is_empty()).then(|| attachment.into());
+    let outlet = match outlets.entry(format!("stagger/{}/{}", recording.info.run, message.topic)) {
+        Entry::Occupied(outlet) => outlet.into_mut(),
+        Entry::Vacant(place) => {
+            let outlet = link.publisher(place.key().clone())?;
+            place.insert(outlet)
+        }
+    };
+    outlet.put(attachment, payload)?;
+    Ok(1)
+}
+
+/// Simulated time at the window's start, where the message belongs to a window, and the step.
+fn place(message: &Message) -> (Option<f64>, u64) {
     let envelope = match &message.body {
         Body::Field(field) => Some(&field.envelope),
         Body::Directive(directive) => directive.envelope.as_ref(),
         Body::Report(report) => report.envelope.as_ref(),
         Body::Manifest(_) => None,
     };
-    envelope.map_or((0.0, 0), |envelope| (envelope.t_s, envelope.version.map_or(0, |version| version.step)))
-}
-
-fn parts(message: &Message) -> (Option<Vec<u8>>, Bytes) {
-    match &message.body {
-        Body::Field(received) => {
-            let payload = received.field.as_ref().map(|field| field.values().bytes().clone()).unwrap_or_default();
-            (Some(codec::received_attachment(received)), payload)
-        }
-        Body::Directive(directive) => (None, directive.encode_to_vec().into()),
-        Body::Report(report) => (None, report.encode_to_vec().into()),
-        Body::Manifest(manifest) => (None, manifest.encode_to_vec().into()),
-    }
+    let Some(envelope) = envelope else { return (None, 0) };
+    let t_s = (envelope.dt_s > 0.0).then_some(envelope.t_s);
+    (t_s, envelope.version.map_or(0, |version| version.step))
 }

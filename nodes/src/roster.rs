@@ -42,7 +42,8 @@ pub enum RosterError {
     },
 }
 
-/// The nodes of a scene by name: one for each physics it names, and those of its `[nodes]` tables.
+/// The nodes of a scene by name: one for each physics it names, unless a `[nodes]` table runs it under another name, and
+/// those of its `[nodes]` tables.
 #[must_use]
 pub fn roster(scene: &Scene) -> BTreeMap<String, Runs> {
     let named = [
@@ -50,9 +51,10 @@ pub fn roster(scene: &Scene) -> BTreeMap<String, Runs> {
         ("thermal", scene.thermal.is_some()),
         ("optics", scene.optics.is_some()),
     ];
+    let renamed = |kind: &str| scene.nodes.values().any(|settings| settings.physics.as_deref() == Some(kind));
     let mut nodes: BTreeMap<String, Runs> = named
         .into_iter()
-        .filter(|(_, present)| *present)
+        .filter(|(kind, present)| *present && !renamed(kind))
         .map(|(kind, _)| (kind.to_owned(), Runs::Physics(kind.into())))
         .collect();
     for (name, settings) in &scene.nodes {

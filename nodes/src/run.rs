@@ -11,7 +11,7 @@ use std::{
 };
 
 use stagger_messages::{Manifest, keys};
-use stagger_recordings::{Exchange, Level, Recorder, RecorderOptions, RecorderSender, RecordingError, RunInfo};
+use stagger_recordings::{Exchange, Level, Recorder, RecorderOptions, RecordingError, RunInfo};
 use stagger_solver::{
     coupling::{self, End, Ensemble as _, StepControl},
     scene::{self, Scene},
@@ -137,12 +137,13 @@ pub fn run(scene: &Scene, options: Options, interrupted: &Arc<AtomicBool>) -> Re
         let _ = remote.finish(None, false, &error.to_string());
     }
     let fields = remote.final_fields();
-    let refused = remote.refused();
+    let (refused, missing) = (remote.refused(), remote.without_farewell());
     drop(remote);
     drop(keeper);
     let recording = records.finish();
-    link.close()?;
+    let closed = link.close();
     let end = ended?;
+    closed?;
     Ok(Summary {
         format: summary::FORMAT,
         run,
@@ -158,6 +159,7 @@ pub fn run(scene: &Scene, options: Options, interrupted: &Arc<AtomicBool>) -> Re
         nodes: monitor.nodes,
         hash: summary::hash(&fields),
         fields: fields.iter().map(FinalField::from).collect(),
+        missing,
         recording: recording?,
     })
 }
@@ -312,26 +314,31 @@ impl Records {
                 records.viewer = Some((child, Recorder::create(pipe, info, RecorderOptions::default())?));
             }
         }
-        let senders: Vec<RecorderSender> = records.senders();
-        if !senders.is_empty() {
-            let closed = AtomicBool::new(false);
+        let file = records.file.as_ref().map(|(_, recorder)| recorder.sender());
+        let viewer = records.viewer.as_ref().map(|(_, recorder)| recorder.sender());
+        if file.is_some() || viewer.is_some() {
+            let (closed, behind) = (AtomicBool::new(false), AtomicBool::new(false));
             records.subscription = Some(link.subscribe(&keys::all(&info.run), move |arrival| {
                 let topic = keys::topic(&arrival.key);
                 let Some(exchange) = Exchange::from_parts(topic, arrival.attachment, arrival.payload) else { return };
-                for sender in &senders {
-                    // The recorder tells its error when it finishes; one line here says that the run goes on without.
-                    if sender.push(exchange.clone()).is_err() && !closed.swap(true, Ordering::Relaxed) {
-                        diagnostics::warn("a recording has stopped: its error follows at the end of the run");
-                    }
+                // The recording makes the run wait rather than lose a message; a viewer is left behind instead.
+                if let Some(viewer) = &viewer
+                    && !behind.load(Ordering::Relaxed)
+                    && (!viewer.has_room(&exchange) || viewer.push(exchange.clone()).is_err())
+                {
+                    behind.store(true, Ordering::Relaxed);
+                    diagnostics::warn("the viewer has ended or cannot keep up: the run goes on without it");
+                }
+                // The recorder tells its error when it finishes; one line here says that the run goes on without.
+                if let Some(file) = &file
+                    && file.push(exchange).is_err()
+                    && !closed.swap(true, Ordering::Relaxed)
+                {
+                    diagnostics::warn("the recording has stopped: its error follows at the end of the run");
                 }
             })?);
         }
         Ok(records)
-    }
-
-    fn senders(&self) -> Vec<RecorderSender> {
-        let recorders = self.file.iter().map(|(_, recorder)| recorder);
-        recorders.chain(self.viewer.iter().map(|(_, recorder)| recorder)).map(Recorder::sender).collect()
     }
 
     fn manifests(&mut self, manifests: &BTreeMap<String, Manifest>) {
@@ -342,9 +349,10 @@ impl Records {
             let Some(exchange) = Exchange::from_parts(keys::topic(&key), bytes::Bytes::new(), message) else {
                 continue;
             };
-            for sender in self.senders() {
+            let recorders = self.file.iter().map(|(_, recorder)| recorder);
+            for recorder in recorders.chain(self.viewer.iter().map(|(_, recorder)| recorder)) {
                 // As above: the recorder tells its own error.
-                let _ = sender.push(exchange.clone());
+                let _ = recorder.sender().push(exchange.clone());
             }
         }
     }

@@ -40,6 +40,8 @@ pub struct Summary {
     pub imbalance: BTreeMap<String, f64>,
     /// Every field at the end.
     pub fields: Vec<FinalField>,
+    /// Nodes that ended without saying what their fields held.
+    pub missing: Vec<String>,
     /// Hash of all final fields: equal for equal bits.
     pub hash: String,
     /// The recording.

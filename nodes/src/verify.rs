@@ -134,6 +134,8 @@ struct Replay {
     committed: Version,
     /// The trial asked for, not yet solved here: its fields are recorded after it.
     task: Option<(Envelope, Iterate)>,
+    /// The newest version each node was solved for.
+    solved: BTreeMap<String, Version>,
     /// Computed fields at the newest version.
     newest: BTreeMap<String, Field>,
     /// Computed fields at the committed version.
@@ -204,6 +206,7 @@ impl Replay {
                 return Err(VerifyError::Thinned { node: plan.node.clone(), version });
             };
             let answer = participant.solve(version, window, &frozen)?;
+            self.solved.insert(plan.node.clone(), version);
             *self.result.trials.entry(plan.node.clone()).or_default() += 1;
             for field in answer.fields.into_values() {
                 let recorded = self.mailbox.get(field.name(), version);
@@ -219,7 +222,10 @@ impl Replay {
         if decision.verdict() != Verdict::Accept || version <= self.committed {
             return Ok(());
         }
-        for participant in self.participants.values_mut() {
+        for (node, participant) in &mut self.participants {
+            if self.solved.get(node) != Some(&version) {
+                return Err(VerifyError::Thinned { node: node.clone(), version });
+            }
             participant.commit(version)?;
         }
         self.committed = version;

@@ -88,15 +88,18 @@ pub fn live(bridge: &Path, run: &str, arguments: &[String]) -> Result<ExitStatus
     };
     let (tell, ended) = channel();
     let closed = tell.clone();
-    for arrival in link.ask(&keys::field(run, "*", "*"), PATIENCE)? {
-        push(arrival);
-    }
+    let push = std::sync::Arc::new(push);
+    let push_asked = std::sync::Arc::clone(&push);
     let everything = link.subscribe(&keys::all(run), move |arrival| {
         if !push(arrival) {
             // Nobody listens any more when this has been heard.
             let _ = closed.send(());
         }
     })?;
+    // Asked after subscribing, so that no version falls between the two.
+    for arrival in link.ask(&keys::field(run, "*", "*"), PATIENCE)? {
+        push_asked(arrival);
+    }
     let coordinator = link.watch(&keys::live(run, "coordinator", "*"), move |_, alive| {
         if !alive {
             let _ = tell.send(());

@@ -52,6 +52,12 @@ impl<T> Queue<T> {
         true
     }
 
+    /// Whether an item of this size would go in without waiting.
+    pub(crate) fn has_room(&self, bytes: usize) -> bool {
+        let state = self.lock();
+        state.closed || state.items.is_empty() || state.bytes.saturating_add(bytes) <= self.limit_bytes
+    }
+
     /// Takes the oldest item, waiting until `deadline` for one; a closed queue is emptied first.
     pub(crate) fn pop(&self, deadline: Instant) -> Popped<T> {
         let wait = deadline.saturating_duration_since(Instant::now()).max(Duration::from_millis(1));

@@ -212,6 +212,12 @@ impl Drop for Recorder {
 }
 
 impl RecorderSender {
+    /// Whether [`Self::push`] would hand over this message without waiting.
+    #[must_use]
+    pub fn has_room(&self, exchange: &Exchange) -> bool {
+        self.shared.queue.has_room(exchange.bytes())
+    }
+
     /// Hands over a message; waits while the queue is full.
     ///
     /// # Errors

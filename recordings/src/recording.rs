@@ -4,6 +4,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use bytes::Bytes;
+use prost::Message as _;
 use stagger_messages::{
     Directive, Manifest, MessageError, Report,
     codec::{self, Received},
@@ -55,6 +57,22 @@ pub enum Body {
     Report(Report),
     /// What a node said about itself.
     Manifest(Manifest),
+}
+
+impl Message {
+    /// The message as it went over the wire: the header, empty for control messages, and the body.
+    #[must_use]
+    pub fn parts(&self) -> (Bytes, Bytes) {
+        match &self.body {
+            Body::Field(received) => {
+                let payload = received.field.as_ref().map(|field| field.values().bytes().clone()).unwrap_or_default();
+                (codec::received_attachment(received).into(), payload)
+            }
+            Body::Directive(directive) => (Bytes::new(), directive.encode_to_vec().into()),
+            Body::Report(report) => (Bytes::new(), report.encode_to_vec().into()),
+            Body::Manifest(manifest) => (Bytes::new(), manifest.encode_to_vec().into()),
+        }
+    }
 }
 
 impl Recording {

@@ -25,15 +25,30 @@ fn a_field_that_nobody_writes_is_named_with_its_reader() {
 
 #[test]
 fn a_field_that_two_nodes_write_is_named_with_both() {
-    let quick = std::fs::read_to_string(super::program::scenes().join("quick.toml")).unwrap();
-    let place = Workplace::of(&format!("{quick}\n[nodes.second]\nphysics = \"thermal\"\n"));
-    let output = place.run(&[]);
+    let place = Workplace::with("quick.toml");
+    // A node of the user's own says only when it runs what it writes.
+    let line = "exec $0 node thermal --name second --child --run $STAGGER_RUN --connect $STAGGER_CONNECT --scene $1";
+    let script = place.path("node.sh");
+    std::fs::write(&script, line.replace("$0", env!("CARGO_BIN_EXE_stagger"))).unwrap();
+    let command = format!("second=sh {} {}", script.display(), place.scene.display());
+    let output = place.run(&["--no-record", "--node", &command]);
     assert_eq!(output.status.code(), Some(2), "{}", said(&output));
-    let expected = "field `temperature` is written by both `second` and `thermal`";
+    let expected = "field `temperature` is written by both `second` and `thermal`: remove one of them";
     assert!(said(&output).contains(expected), "{}", said(&output));
+    place.wait_until_empty();
+}
+
+#[test]
+fn a_physics_may_run_under_another_name_and_only_once() {
+    let quick = std::fs::read_to_string(super::program::scenes().join("quick.toml")).unwrap();
+    let renamed = format!("{quick}\n[nodes.heat]\nphysics = \"thermal\"\n");
+    let place = Workplace::of(&renamed);
+    let summary = super::program::json(&place.run(&["--no-record", "--json"]));
+    assert!(summary["nodes"]["heat"]["solves"].as_u64().unwrap() > 0 && summary["nodes"]["thermal"].is_null());
+    let place = Workplace::of(&format!("{renamed}[nodes.second]\nphysics = \"thermal\"\n"));
     let check = stagger().arg("check").arg(&place.scene).output().unwrap();
     assert_eq!(check.status.code(), Some(2));
-    assert!(said(&check).contains(expected), "{}", said(&check));
+    assert!(said(&check).contains("\"thermal\" already runs as `heat`"), "{}", said(&check));
 }
 
 #[test]

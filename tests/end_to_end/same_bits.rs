@@ -1,5 +1,7 @@
 //! The same bits however a scene is run: in many processes or one, with any number of threads, solved again.
 
+use stagger_recordings::{Body, Exchange, Recorder, RecorderOptions, Recording};
+
 use super::program::{Workplace, json, said, scenes, stagger};
 
 #[test]
@@ -32,8 +34,8 @@ fn every_field_is_recorded_alike_in_one_process_and_in_many() {
         let path = place.path(name);
         json(&place.run(&[&["--json", "--record", path.to_str().unwrap()], arguments].concat()));
         let mut fields = std::collections::BTreeMap::new();
-        for message in stagger_recordings::Recording::open(&path).unwrap().messages().unwrap() {
-            if let stagger_recordings::Body::Field(field) = message.unwrap().body {
+        for message in Recording::open(&path).unwrap().messages().unwrap() {
+            if let Body::Field(field) = message.unwrap().body {
                 let values = field.field.map(|field| field.values().bytes().clone());
                 fields.insert((field.name, field.envelope.version), (values, field.same_as));
             }
@@ -67,12 +69,19 @@ fn a_changed_recording_is_found_out() {
     let place = Workplace::of(&format!("seed = 1\n{quick}"));
     let recorded = place.path("run.mcap");
     json(&place.run(&["--json", "--record", recorded.to_str().unwrap()]));
-    // Another seed in the recorded scene is another start: the very first field differs.
-    let mut bytes = std::fs::read(&recorded).unwrap();
-    let at = bytes.windows(5).position(|window| window == b"seed ").unwrap();
-    let digit = at + bytes[at..].iter().position(u8::is_ascii_digit).unwrap();
-    bytes[digit] = if bytes[digit] == b'1' { b'2' } else { b'1' };
-    std::fs::write(&recorded, bytes).unwrap();
+    // The same exchanges under a scene with another seed, which is another start: the very first field differs.
+    let original = Recording::open(&recorded).unwrap();
+    let mut info = original.info.clone();
+    info.scene_text = info.scene_text.replacen("seed = 1", "seed = 2", 1);
+    let recorded = place.path("forged.mcap");
+    let recorder = Recorder::create(std::fs::File::create(&recorded).unwrap(), &info, RecorderOptions::default());
+    let recorder = recorder.unwrap();
+    for message in original.messages().unwrap() {
+        let message = message.unwrap();
+        let (attachment, payload) = message.parts();
+        recorder.sender().push(Exchange::from_parts(&message.topic, attachment, payload).unwrap()).unwrap();
+    }
+    recorder.finish().unwrap();
     let output = stagger().arg("verify").arg(&recorded).output().unwrap();
     assert_eq!(output.status.code(), Some(1), "{}", said(&output));
     let result = String::from_utf8_lossy(&output.stdout).into_owned();
@@ -89,4 +98,20 @@ fn info_tells_what_the_summary_told() {
     assert_eq!(info["iterations"], summary["steps"]["iterations"]);
     assert_eq!(info["completed"], true);
     assert_eq!(info["nodes"]["thermal"]["ledger"], summary["ledger"]["thermal"]);
+}
+
+#[test]
+fn a_flipped_byte_is_told() {
+    let place = Workplace::with("quick.toml");
+    let recorded = place.path("run.mcap");
+    json(&place.run(&["--json", "--record", recorded.to_str().unwrap()]));
+    let mut bytes = std::fs::read(&recorded).unwrap();
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    std::fs::write(&recorded, bytes).unwrap();
+    for command in ["info", "verify"] {
+        let output = stagger().arg(command).arg(&recorded).output().unwrap();
+        assert!(matches!(output.status.code(), Some(1 | 3)), "{command}: {}", said(&output));
+        assert!(said(&output).contains("error: "), "{command}: {}", said(&output));
+    }
 }

@@ -76,7 +76,7 @@ fn rows<const N: usize>(a: &[f64], b: Option<&[f64]>) -> (f64, usize) {
     (lanes.iter().sum(), worst.1)
 }
 
-/// The relative change ε of a field in one iteration (physics.md section 1).
+/// The relative change ε of a field in one iteration (Zohdi 2018, section 6.4).
 ///
 /// A field that did not move has ε = 0. One that moved back to exactly where it started has no finite relative
 /// change: it has not converged.

@@ -1,4 +1,4 @@
-//! The staggered iteration between physics, and its adaptive step (physics.md section 1; Zohdi 2018, ch. 5.2, 6.2).
+//! The staggered iteration between physics, and its adaptive step (Zohdi 2018, ch. 5.9, 6.4).
 //!
 //! A [`Physics`] is a pure function of frozen fields. A [`Participant`] holds one with its committed state and its
 //! current trial. [`plan`](fn@plan) says who reads from whom, [`StepControl`] decides about each iteration, and

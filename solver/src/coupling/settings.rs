@@ -1,6 +1,6 @@
 use std::collections::BTreeMap;
 
-/// How the physics of a scene are coupled (physics.md section 1). SI units.
+/// How the physics of a scene are coupled (Zohdi 2018, section 6.4). SI units.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// Whether a physics sees what others computed in the same iteration.

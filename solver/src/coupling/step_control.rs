@@ -39,7 +39,7 @@ pub enum ControlError {
     },
 }
 
-/// The adaptive step: accept, iterate or reject, and the size of the next window (physics.md section 1).
+/// The adaptive step: accept, iterate or reject, and the size of the next window (Zohdi 2018, section 6.4).
 #[derive(Clone, Debug)]
 pub struct StepControl {
     settings: Settings,
@@ -80,8 +80,8 @@ impl StepControl {
     #[must_use]
     pub fn window(&self) -> Window {
         let left = self.duration_s - self.t_s;
-        // A remainder of rounding would be a window of no meaning.
-        let dt_s = if left <= self.dt_s * (1.0 + 1e-9) { left } else { self.dt_s };
+        // A remainder of rounding, which a million additions make 1e-7 of a window, would be a window of no meaning.
+        let dt_s = if left <= self.dt_s * (1.0 + 1e-6) { left } else { self.dt_s };
         Window { t_s: self.t_s, dt_s }
     }
 
@@ -116,7 +116,7 @@ impl StepControl {
             next_dt_s: window.dt_s,
             ..Decision::default()
         };
-        if let Some((what, factor)) = Self::hindrance(outcomes)? {
+        if let Some((what, factor)) = self.hindrance(outcomes)? {
             decision.reason = what;
             self.reject(&mut decision, factor)?;
             return Ok(decision);
@@ -125,15 +125,14 @@ impl StepControl {
         let converged = decision.violation <= 1.0;
         let last = self.version.iteration >= self.settings.iterations;
         if !decision.violation.is_finite() && (last || decision.violation.is_nan()) {
-            decision.reason = format!("the change of `{}` is not finite", decision.limiting);
+            decision.reason =
+                format!("the change of `{}` is not finite{}", decision.limiting, least(outcomes, &decision));
             self.reject(&mut decision, 0.5)?;
         } else if converged {
             self.accept(&mut decision, window);
         } else if last {
-            decision.reason =
-                format!("`{}` did not converge in {} iterations", decision.limiting, self.version.iteration);
-            let worst = worst_row(outcomes, &decision.limiting);
-            decision.reason += &worst.map(|row| format!(", row {row} the least")).unwrap_or_default();
+            let (field, worst) = (&decision.limiting, least(outcomes, &decision));
+            decision.reason = format!("`{field}` did not converge in {} iterations{worst}", self.version.iteration);
             let factor = decision.factor;
             self.reject(&mut decision, factor)?;
         } else {
@@ -144,7 +143,7 @@ impl StepControl {
     }
 
     /// What makes a node's reply unusable for this step size, and the factor on it.
-    fn hindrance(outcomes: &[Outcome]) -> Result<Option<(String, f64)>, ControlError> {
+    fn hindrance(&self, outcomes: &[Outcome]) -> Result<Option<(String, f64)>, ControlError> {
         let mut hindrance: Option<(String, f64)> = None;
         for Outcome { node, result } in outcomes {
             let (what, factor) = match result {
@@ -157,6 +156,17 @@ impl StepControl {
             };
             if hindrance.as_ref().is_none_or(|(_, smallest)| factor < *smallest) {
                 hindrance = Some((what, factor));
+            }
+        }
+        if hindrance.is_none() {
+            let told = |field: &str| {
+                let done = outcomes.iter().filter_map(|outcome| outcome.result.as_ref().ok());
+                done.flat_map(|done| &done.changes).any(|sums| sums.field == field)
+            };
+            if let Some(field) = self.fields.keys().find(|field| !told(field)) {
+                let node = outcomes.iter().map(|outcome| outcome.node.as_str()).collect::<Vec<_>>().join(", ");
+                let message = format!("no reply tells how far the measured field `{field}` moved");
+                return Err(ControlError::Node { node, message });
             }
         }
         Ok(hindrance)
@@ -233,9 +243,11 @@ impl StepControl {
     }
 }
 
-fn worst_row(outcomes: &[Outcome], field: &str) -> Option<u64> {
-    let changes = outcomes.iter().filter_map(|o| o.result.as_ref().ok()).flat_map(|done| &done.changes);
-    changes.filter(|sums| sums.field == field).map(|sums| sums.worst_row).next()
+/// Which row of the limiting field converged least, in words.
+fn least(outcomes: &[Outcome], decision: &Decision) -> String {
+    let mut changes = outcomes.iter().filter_map(|o| o.result.as_ref().ok()).flat_map(|done| &done.changes);
+    let sums = changes.find(|sums| sums.field == decision.limiting);
+    sums.map(|sums| format!(", row {} the least", sums.worst_row)).unwrap_or_default()
 }
 
 #[cfg(test)]

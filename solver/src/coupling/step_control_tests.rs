@@ -1,4 +1,4 @@
-//! Accept, iterate and reject as physics.md section 1 states them, on iterations with a known contraction.
+//! Accept, iterate and reject as Zohdi 2018, section 6.4, states them, on iterations with a known contraction.
 
 use std::collections::BTreeMap;
 

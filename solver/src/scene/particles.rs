@@ -34,7 +34,7 @@ static INTEGRATOR: Key =
 static SKIN: Key = Key::new(
     "skin",
     Kind::Number(&NUMBER, Range::within(0.0, 10.0)),
-    "Skin of the neighbour list as a share of the largest radius. It changes the run's speed, not its result.",
+    "Skin of the neighbour list as a share of each radius. It changes the run's speed, not its result.",
 )
 .or("0.3");
 

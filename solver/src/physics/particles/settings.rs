@@ -29,7 +29,7 @@ pub struct Settings {
     pub gravity_m_s2: [f64; 3],
     /// Walls, in the order of the scene.
     pub walls: Vec<Wall>,
-    /// Whether particles spin (physics.md section 2: off where it is minor).
+    /// Whether particles spin (Zohdi 2018, section 6.1: off where it is minor).
     pub spin: bool,
     /// Time integration inside a window.
     pub integrator: Integrator,

@@ -12,7 +12,7 @@ use crate::{
     coupling::{NotConverged, Window},
 };
 
-/// Order of the fixed point's contraction in Δt for motion (physics.md section 1: p = 2).
+/// Order of the fixed point's contraction in Δt for motion (Zohdi 2018, eq. 6.31: p = 2).
 const ORDER: f64 = 2.0;
 
 /// Weight, tolerance and bound of the fixed point.
