@@ -492,7 +492,7 @@ fn info(file: &Path, json: bool) -> End {
 fn show(what: &str, arguments: &[String]) -> End {
     let Some(bridge) = view::bridge() else { return End::Code(FAILED, view::HOW_TO_GET.into()) };
     let status = if Path::new(what).is_file() {
-        view::start(&bridge, what, arguments).and_then(|mut child| child.wait()).map_err(|error| error.to_string())
+        view::file(&bridge, what, arguments).map_err(|error| error.to_string())
     } else {
         view::live(&bridge, what, arguments).map_err(|error| error.to_string())
     };

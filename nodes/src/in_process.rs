@@ -18,9 +18,12 @@ use crate::{
     link::{Link, LinkError},
 };
 
+/// A host on a thread of its own.
+type HostThread = JoinHandle<Result<NodeEnd, HostError>>;
+
 /// Nodes that run as threads.
 pub struct Threads {
-    threads: BTreeMap<String, (Option<JoinHandle<Result<NodeEnd, HostError>>>, Sender<Event>)>,
+    threads: BTreeMap<String, (Option<HostThread>, Sender<Event>)>,
     interrupted: Arc<AtomicBool>,
 }
 
@@ -75,7 +78,7 @@ impl Keeper for Threads {
     }
 
     fn ended_early(&mut self) -> Option<String> {
-        let ended = |thread: &Option<JoinHandle<_>>| thread.as_ref().is_some_and(JoinHandle::is_finished);
+        let ended = |thread: &Option<HostThread>| thread.as_ref().is_some_and(JoinHandle::is_finished);
         self.threads.iter().find_map(|(name, (thread, _))| ended(thread).then(|| name.clone()))
     }
 }

@@ -18,7 +18,7 @@ use zenoh::{
     liveliness::LivelinessToken,
     pubsub::{Publisher, Subscriber},
     qos::{CongestionControl, Reliability},
-    query::Queryable,
+    query::{Query, Queryable},
     sample::{Sample, SampleKind},
     shm::{GarbageCollect, PosixShmProviderBackend, ShmProvider, ShmProviderBuilder, ZShm, ZShmMut},
 };
@@ -178,19 +178,25 @@ impl Link {
     ///
     /// # Errors
     /// The key is not valid.
-    pub fn answer(
-        &self,
-        key: &str,
-        reply: impl Fn() -> Vec<Arrival> + Send + Sync + 'static,
-    ) -> Result<Declared, LinkError> {
-        let queryable = self
-            .session
-            .declare_queryable(key.to_owned())
-            .callback(move |query| {
+    pub fn answer(&self, key: &str, reply: impl Fn() -> Vec<Arrival> + Send + 'static) -> Result<Declared, LinkError> {
+        // An answer may be long, and waits for its reader; Zenoh's thread, which has to carry it away, must not.
+        let (ask, asked) = std::sync::mpsc::channel::<Query>();
+        let answering = move || {
+            for query in asked {
                 for Arrival { key, attachment, payload } in reply() {
                     // A querier that is gone needs no answer.
                     let _ = query.reply(key, payload).attachment(attachment).wait();
                 }
+            }
+        };
+        let thread = std::thread::Builder::new().name("answers".into()).spawn(answering);
+        thread.map_err(|error| failed(format!("start a thread to answer on {key}"))(error.into()))?;
+        let queryable = self
+            .session
+            .declare_queryable(key.to_owned())
+            .callback(move |query| {
+                // The thread ends with this callback, not before.
+                let _ = ask.send(query);
             })
             .wait()
             .map_err(failed(format!("answer on {key}")))?;

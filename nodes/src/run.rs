@@ -70,6 +70,9 @@ pub enum Failed {
     /// A node that cannot be built.
     #[error(transparent)]
     Roster(#[from] RosterError),
+    /// The viewer.
+    #[error(transparent)]
+    View(#[from] view::ViewError),
     /// A file or a process.
     #[error("{what}: {source}")]
     Io {
@@ -284,7 +287,7 @@ impl Drop for Endpoint {
 /// The recording of a run, and its stream to a viewer.
 struct Records {
     file: Option<(PathBuf, Recorder)>,
-    viewer: Option<(std::process::Child, Recorder)>,
+    viewer: Option<view::Stream>,
     subscription: Option<Declared>,
     run: String,
 }
@@ -309,13 +312,10 @@ impl Records {
             records.file = Some((path.clone(), Recorder::create(file, info, recorder_options)?));
         }
         if let Some(bridge) = &options.view {
-            let mut child = view::start(bridge, "-", &[]).map_err(io("cannot start the viewer"))?;
-            if let Some(pipe) = child.stdin.take() {
-                records.viewer = Some((child, Recorder::create(pipe, info, RecorderOptions::default())?));
-            }
+            records.viewer = Some(view::Stream::start(bridge, info, &[])?);
         }
         let file = records.file.as_ref().map(|(_, recorder)| recorder.sender());
-        let viewer = records.viewer.as_ref().map(|(_, recorder)| recorder.sender());
+        let viewer = records.viewer.as_ref().map(view::Stream::sender);
         if file.is_some() || viewer.is_some() {
             let (closed, behind) = (AtomicBool::new(false), AtomicBool::new(false));
             records.subscription = Some(link.subscribe(&keys::all(&info.run), move |arrival| {
@@ -349,10 +349,10 @@ impl Records {
             let Some(exchange) = Exchange::from_parts(keys::topic(&key), bytes::Bytes::new(), message) else {
                 continue;
             };
-            let recorders = self.file.iter().map(|(_, recorder)| recorder);
-            for recorder in recorders.chain(self.viewer.iter().map(|(_, recorder)| recorder)) {
+            let file = self.file.iter().map(|(_, recorder)| recorder.sender());
+            for sender in file.chain(self.viewer.iter().map(view::Stream::sender)) {
                 // As above: the recorder tells its own error.
-                let _ = recorder.sender().push(exchange.clone());
+                let _ = sender.push(exchange.clone());
             }
         }
     }
@@ -360,11 +360,12 @@ impl Records {
     /// Waits until everything is written.
     fn finish(mut self) -> Result<Option<Recorded>, RecordingError> {
         drop(self.subscription.take());
-        if let Some((mut child, recorder)) = self.viewer.take() {
-            if let Err(error) = recorder.finish() {
-                diagnostics::warn(&format!("the viewer's stream ended early: {error}"));
+        match self.viewer.take().map(view::Stream::finish) {
+            Some(Err(error)) => diagnostics::warn(&format!("the run was not shown to its end: {error}")),
+            Some(Ok(status)) if !status.success() => {
+                diagnostics::warn(&format!("the run was not shown to its end: stagger-view ended with {status}"));
             }
-            let _ = child.wait();
+            Some(Ok(_)) | None => {}
         }
         let Some((path, recorder)) = self.file.take() else { return Ok(None) };
         let recorded = recorder.finish()?;

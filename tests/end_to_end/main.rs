@@ -6,5 +6,6 @@
 mod bad_runs;
 mod by_hand;
 mod faults;
+mod live;
 mod program;
 mod same_bits;

@@ -1,7 +1,7 @@
 //! The physics against closed forms and published figures: one file for each, every tolerance argued where it stands.
 
 // Helpers of tests are not tests to clippy's `allow-unwrap-in-tests`.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod contact;
 mod coupling;

@@ -7,6 +7,9 @@
 //! the way, as in an iteration in Gauss–Seidel order (directive, field in and out of the hub, reply). All Zenoh rows use
 //! Unix sockets and shared memory for large payloads, and copy a payload out on arrival, as a solver does.
 
+// A bench that cannot measure has nothing better to do than to end.
+#![allow(clippy::expect_used, clippy::panic)]
+
 mod bare;
 mod coupled;
 mod socket;

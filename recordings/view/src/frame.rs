@@ -7,6 +7,10 @@ use crate::colour::Range;
 
 /// Size at which particles are drawn among their contacts.
 const CONTACTS_SIZE: f64 = 0.4;
+/// Room above the powder for what still falls at the start, in widths of the powder.
+const HEADROOM: f64 = 0.4;
+/// Height that powder which is going to fall is given in the view, in its widths.
+const FALL: f64 = 1.2;
 
 /// A unit of length in which the scene measures neither thousands nor thousandths: viewers are made for metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,8 +52,8 @@ pub struct Overview {
     pub range: Range,
     /// Unit of length of the pictures.
     pub unit: LengthUnit,
-    /// Smallest and largest corner of the particles in the picture that the camera is set up for, in `unit`.
-    pub bounds: [[f64; 3]; 2],
+    /// Smallest and largest corner of what the camera shows, in `unit`.
+    pub view: [[f64; 3]; 2],
     /// Simulated time at the end, in s; `None` while the run goes on.
     pub duration_s: Option<f64>,
 }
@@ -76,6 +80,10 @@ pub struct Beam {
     pub spot: [f32; 3],
     /// Radius of the spot.
     pub radius: f32,
+    /// Height at which it meets the powder.
+    pub surface: f32,
+    /// Height up to which it is drawn: one radius above.
+    pub top: f32,
     /// Its power with the unit.
     pub label: String,
 }
@@ -90,35 +98,50 @@ pub fn values(fields: &Fields) -> Option<(Quantity, Vec<f64>)> {
     Some((Quantity { name: "speed", unit: "m/s" }, velocities.iter().map(speed).collect()))
 }
 
-/// Smallest and largest corner of the particles, in m; `None` where there are none.
+/// Smallest and largest corner of the particles but for strays, in m; `None` where there are none.
+///
+/// In each direction, of a hundred centres the outermost may lie beyond at either end: one that was thrown up from the
+/// powder should not make everything small.
 pub fn bounds_m(fields: &Fields) -> Option<[[f64; 3]; 2]> {
     let (centres, _) = f64s(fields, "positions")?.as_chunks::<3>();
-    let mut bounds = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
-    for centre in centres.iter().filter(|centre| centre.iter().all(|length| length.is_finite())) {
-        for axis in 0..3 {
-            bounds[0][axis] = bounds[0][axis].min(centre[axis]);
-            bounds[1][axis] = bounds[1][axis].max(centre[axis]);
-        }
-    }
+    let centres: Vec<_> = centres.iter().filter(|centre| centre.iter().all(|length| length.is_finite())).collect();
+    let last = centres.len().checked_sub(1)?;
+    let strays = last / 100;
     let radius = f64s(fields, "radii").unwrap_or_default().iter().copied().fold(0.0, f64::max);
-    let [low, high] = bounds;
-    (low[0] <= high[0]).then(|| [low.map(|length| length - radius), high.map(|length| length + radius)])
+    let mut bounds = [[-radius; 3], [radius; 3]];
+    for axis in 0..3 {
+        let mut lengths: Vec<f64> = centres.iter().map(|centre| centre[axis]).collect();
+        lengths.sort_by(f64::total_cmp);
+        bounds[0][axis] += lengths[strays];
+        bounds[1][axis] += lengths[last - strays];
+    }
+    Some(bounds)
 }
 
 impl Overview {
-    /// Sets up pictures for a run of which `step` is shown first: the last state of a recording, or the first of a run
-    /// under way. `None` where it has no particles.
-    pub fn new(step: &Step, range: Range, finished: bool) -> Option<Self> {
-        let mut bounds = bounds_m(&step.fields)?;
-        if !finished {
-            // Particles above the ground are about to fall on it.
-            bounds[0][2] = bounds[0][2].min(0.0);
+    /// Sets up pictures for a run of which `step` is shown first: the last state of a recording that starts within the
+    /// corners `start_m`, or the first state of a run under way. `None` where it has no particles.
+    pub fn new(step: &Step, range: Range, start_m: Option<[[f64; 3]; 2]>) -> Option<Self> {
+        let mut view = bounds_m(&step.fields)?;
+        let surface = view[1][2];
+        let width = (0..2).map(|axis| view[1][axis] - view[0][axis]).fold(0.0, f64::max);
+        // What is going to fall on the ground, or falls on the others at the start, is seen as far as it does not make
+        // those small that lie.
+        let mut top = surface;
+        if let Some([_, high]) = start_m {
+            top = top.max(high[2].min(surface + HEADROOM * width));
+        } else {
+            view[0][2] = view[0][2].min(0.0);
+            top = top.min(view[0][2] + FALL * width);
         }
-        let extent = (0..3).map(|axis| bounds[1][axis] - bounds[0][axis]).fold(0.0, f64::max);
+        let beam = f64s(&step.fields, "beam_radius").and_then(|radius| radius.first()).copied().unwrap_or_default();
+        view[1][2] = top.max(top.min(surface) + beam);
+        let extent = (0..3).map(|axis| view[1][axis] - view[0][axis]).fold(0.0, f64::max);
         let unit = LengthUnit::for_extent(extent);
-        let bounds = bounds.map(|corner| corner.map(|length| length * unit.per_metre));
+        let view = view.map(|corner| corner.map(|length| length * unit.per_metre));
         let quantity = values(&step.fields).map(|(quantity, _)| quantity);
-        Some(Self { quantity, range, unit, bounds, duration_s: finished.then_some(step.t_s) })
+        let duration_s = start_m.map(|_| step.t_s);
+        Some(Self { quantity, range, unit, view, duration_s })
     }
 
     /// The picture of a state.
@@ -140,7 +163,12 @@ impl Overview {
         let (spot, _) = f64s(fields, "beam_spot")?.as_chunks::<3>();
         let radius_m = *f64s(fields, "beam_radius")?.first()?;
         let scaled = |length: f64| (length * self.unit.per_metre) as f32;
-        let beam = Beam { spot: spot.first()?.map(scaled), radius: scaled(radius_m), label: watts(power_w) };
+        let spot = spot.first()?.map(scaled);
+        let radius = scaled(radius_m);
+        // A spot above the powder has its light drawn all the same, and one on powder above the view is still seen.
+        let powder = bounds_m(fields).map_or(spot[2], |[_, high]| scaled(high[2]));
+        let surface = powder.min(self.view[1][2] as f32 - radius).max(spot[2]);
+        let beam = Beam { spot, radius, surface, top: surface + radius, label: watts(power_w) };
         (power_w > 0.0).then_some(beam)
     }
 }
@@ -199,18 +227,43 @@ mod tests {
     #[test]
     fn a_small_scene_is_drawn_in_units_of_its_size() {
         let range = Range { min: 300.0, max: 400.0 };
-        let overview = Overview::new(&step(), range, true).unwrap();
+        let overview = Overview::new(&step(), range, bounds_m(&step().fields)).unwrap();
         assert_eq!(overview.unit.symbol, "µm");
         let frame = overview.frame(&step().fields, true);
         assert_eq!(frame.radii, [4.0, 8.0]);
         assert_eq!(overview.frame(&step().fields, false).radii, [10.0, 20.0]);
         assert_eq!(frame.colours, [range.colour(300.0), range.colour(400.0)]);
-        assert_eq!(frame.beam, Some(Beam { spot: [100.0, 0.0, 0.0], radius: 60.0, label: "40.0 W".into() }));
+        let spot = [100.0, 0.0, 0.0];
+        assert_eq!(frame.beam, Some(Beam { spot, radius: 60.0, surface: 120.0, top: 180.0, label: "40.0 W".into() }));
         // The second pair names a particle that is not there, and is left out.
         assert_eq!(frame.contacts, vec![[[0.0, 0.0, 100.0], [200.0, 0.0, 100.0]]]);
-        let bounds = overview.bounds.concat();
-        let expected = [-20.0, -20.0, 80.0, 220.0, 20.0, 120.0];
-        assert!(bounds.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-9), "{bounds:?}");
+        // Up to where the beam is drawn.
+        let view = overview.view.concat();
+        let expected = [-20.0, -20.0, 80.0, 220.0, 20.0, 180.0];
+        assert!(view.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-9), "{view:?}");
+    }
+
+    #[test]
+    fn the_view_leaves_strays_out_and_some_room_above() {
+        let mut step = step();
+        let lying = (0..200).flat_map(|i| [f64::from(i) * 1e-5, 0.0, 0.0]);
+        let thrown_up = [1e-3, 0.0, 1.0];
+        step.fields.extend([
+            field("positions", "m", "particles", 3, lying.chain(thrown_up).collect::<Vec<_>>()),
+            field("radii", "m", "particles", 1, vec![1e-5; 201]),
+        ]);
+        let [low, high] = bounds_m(&step.fields).unwrap();
+        assert!((high[2] - 1e-5).abs() < 1e-12 && (low[2] + 1e-5).abs() < 1e-12, "{low:?} to {high:?}");
+        let width = high[0] - low[0];
+        let room = |start| {
+            let overview = Overview::new(&step, Range::EMPTY, start).unwrap();
+            overview.view[1][2] / overview.unit.per_metre - high[2]
+        };
+        // What falls from 0.5 m starts out of view.
+        let start = Some([[0.0; 3], [0.0, 0.0, 0.5]]);
+        assert!((room(start) - HEADROOM * width).abs() < 1e-12, "{} above {width}", room(start));
+        // It lies already; the beam is drawn one radius, 60 µm, above.
+        assert!((room(None) - 6e-5).abs() < 1e-12, "{}", room(None));
     }
 
     #[test]
@@ -223,7 +276,7 @@ mod tests {
         ]);
         let (quantity, speeds) = values(&fields).unwrap();
         assert_eq!((quantity.name, speeds), ("speed", vec![5.0, 0.0]));
-        let overview = Overview::new(&step(), Range { min: 0.0, max: 5.0 }, true).unwrap();
+        let overview = Overview::new(&step(), Range { min: 0.0, max: 5.0 }, None).unwrap();
         assert_eq!(overview.frame(&fields, false).beam, None);
     }
 }

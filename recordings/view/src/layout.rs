@@ -49,16 +49,55 @@ pub fn playback_speed(duration_s: f64) -> f64 {
     if duration_s > 0.0 { duration_s / PLAYBACK_S } else { 1.0 }
 }
 
-/// Where the camera stands and what it looks at: obliquely from above, everything in view.
+/// Where the camera stands and what it looks at: obliquely from above, as close as everything to be seen fits.
 pub fn camera(overview: &Overview) -> [[f32; 3]; 2] {
-    // Unit vector from the scene to the camera, and the distance at which a ball just fits a view of 55 degrees.
-    const DIRECTION: [f64; 3] = [0.45, -0.77, 0.45];
-    const DISTANCE_PER_RADIUS: f64 = 2.2;
-    let [low, high] = overview.bounds;
-    let target: [f64; 3] = std::array::from_fn(|axis| 0.5 * (low[axis] + high[axis]));
-    let radius = 0.5 * (0..3).map(|axis| (high[axis] - low[axis]).powi(2)).sum::<f64>().sqrt();
-    let eye: [f64; 3] = std::array::from_fn(|axis| target[axis] + DIRECTION[axis] * DISTANCE_PER_RADIUS * radius);
+    let [low, high] = overview.view;
+    let centre: [f64; 3] = std::array::from_fn(|axis| 0.5 * (low[axis] + high[axis]));
+    let corners: [[f64; 3]; 8] = std::array::from_fn(|corner| {
+        std::array::from_fn(|axis| overview.view[corner >> axis & 1][axis] - centre[axis])
+    });
+    let towards = corners.map(|corner| dot(corner, BACK));
+    // For each corner the distance at which it stands on one edge of the view when the camera looks at the centre.
+    // Looking aside takes from one edge what it adds to the opposite one, so that their mean is the distance needed.
+    let needed = |direction: [f64; 3], tangent: f64| {
+        let farthest = |sign: f64| {
+            let distances = corners.iter().zip(towards).map(|(corner, z)| z + sign * dot(*corner, direction) / tangent);
+            distances.fold(0.0, f64::max)
+        };
+        0.5 * (farthest(1.0) + farthest(-1.0))
+    };
+    let distance =
+        EDGES.map(|(direction, tangent)| needed(direction, tangent)).into_iter().fold(0.0, f64::max) / FILLED;
+    let mut target = centre;
+    for (direction, _) in EDGES {
+        let mut aside = 0.0;
+        // As much room on one side as on the other. Never farther than the nearest corner asks for: it converges.
+        for _ in 0..20 {
+            let places = corners.iter().zip(towards).map(|(at, z)| (dot(*at, direction) - aside) / (distance - z));
+            let (low, high) = places.fold((0.0f64, 0.0f64), |(low, high), place| (low.min(place), high.max(place)));
+            aside += 0.5 * (low + high) * (distance - towards.into_iter().fold(0.0, f64::max));
+        }
+        target = std::array::from_fn(|axis| target[axis] + aside * direction[axis]);
+    }
+    let eye: [f64; 3] = std::array::from_fn(|axis| target[axis] + distance * BACK[axis]);
     [eye, target].map(|point| point.map(|length| length as f32))
+}
+
+/// Unit vectors from the scene to the camera, to the right and up in the picture.
+const BACK: [f64; 3] = [0.450_473, -0.770_810, 0.450_473];
+const RIGHT: [f64; 3] = [0.863_372, 0.504_568, 0.0];
+const UP: [f64; 3] = [-0.227_294, 0.388_926, 0.892_790];
+/// Tangent of half the viewer's angle of view, 55 degrees from the lower to the upper edge.
+const TANGENT: f64 = 0.520_567;
+/// Least width of the picture for its height that is reckoned with.
+const ASPECT: f64 = 1.2;
+/// Directions across the picture, with the tangent of half the angle seen.
+const EDGES: [([f64; 3], f64); 2] = [(RIGHT, ASPECT * TANGENT), (UP, TANGENT)];
+/// Share of the picture to fill: balls stand out of the corners between their centres.
+const FILLED: f64 = 0.95;
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// Values at which the legend is labelled, with their texts.
@@ -94,7 +133,7 @@ mod tests {
             quantity: Some(Quantity { name: "temperature", unit: "K" }),
             range: Range { min, max },
             unit: LengthUnit::for_extent(1e-3),
-            bounds: [[-1.0, -2.0, 0.0], [1.0, 2.0, 4.0]],
+            view: [[-1.0, -2.0, 0.0], [1.0, 2.0, 4.0]],
             duration_s: None,
         }
     }
@@ -109,12 +148,35 @@ mod tests {
     }
 
     #[test]
-    fn the_camera_sees_the_whole_scene_from_above() {
-        let [eye, target] = camera(&overview(0.0, 1.0));
-        assert_eq!(target.to_vec(), [0.0, 0.0, 2.0]);
-        let distance = eye.iter().zip(target).map(|(eye, target)| (eye - target).powi(2)).sum::<f32>().sqrt();
-        // A ball around the box has radius sqrt(1 + 4 + 4) = 3 and must fit into half of 55 degrees.
-        assert!(distance > 3.0 / 27.5f32.to_radians().sin() && eye[2] > target[2], "{distance}");
+    fn the_camera_sees_the_whole_scene_from_above_and_no_more() {
+        let overview = overview(0.0, 1.0);
+        let [eye, target] = camera(&overview).map(|point| point.map(f64::from));
+        let distance = dot(std::array::from_fn(|axis| eye[axis] - target[axis]), BACK);
+        assert!(distance > 0.0 && eye[2] > target[2]);
+        // Place of each corner in the picture, where the edges are at -1 and 1.
+        let (mut lowest, mut highest) = ([1.0f64; 2], [-1.0f64; 2]);
+        for corner in 0..8 {
+            let point: [f64; 3] = std::array::from_fn(|axis| overview.view[corner >> axis & 1][axis] - eye[axis]);
+            for (edge, (direction, tangent)) in EDGES.into_iter().enumerate() {
+                let place = dot(point, direction) / (-dot(point, BACK) * tangent);
+                lowest[edge] = lowest[edge].min(place);
+                highest[edge] = highest[edge].max(place);
+            }
+        }
+        assert!(lowest.iter().chain(&highest).all(|place| place.abs() < 1.0), "{lowest:?} to {highest:?}");
+        // In the middle, and four high and at most four wide, it fills the height.
+        assert!(lowest.iter().zip(highest).all(|(low, high)| (low + high).abs() < 0.01), "{lowest:?} to {highest:?}");
+        assert!(highest[1] - lowest[1] > 1.7, "{lowest:?} to {highest:?}");
+    }
+
+    #[test]
+    fn the_directions_of_the_picture_are_a_right_handed_frame() {
+        let [(right, _), (up, _)] = EDGES;
+        let cross = |a: [f64; 3], b: [f64; 3]| {
+            [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+        };
+        let back = cross(right, up);
+        assert!(back.iter().zip(BACK).all(|(found, expected)| (found - expected).abs() < 2e-6), "{back:?}");
     }
 
     #[test]

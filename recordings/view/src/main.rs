@@ -17,8 +17,9 @@ use std::{
 use arguments::Arguments;
 use colour::Range;
 use frame::{Overview, bounds_m, values};
-use plots::{Plots, accepts};
+use plots::Plots;
 use show::{Moment, Show};
+use stagger_messages::Verdict;
 use stagger_recordings::{Messages, Recording, RunInfo, Step, Steps, messages_from};
 
 fn main() -> ExitCode {
@@ -63,10 +64,11 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
 /// Reads a recording through for what holds for all its pictures: the range of the colours, the unit, the camera.
 fn survey(path: &Path) -> Result<(Recording, Option<Overview>), Box<dyn Error>> {
     let recording = Recording::open(path)?;
-    let (mut steps, mut range, mut last) = (Steps::default(), Range::EMPTY, None::<Step>);
+    let (mut steps, mut range, mut start, mut last) = (Steps::default(), Range::EMPTY, None, None::<Step>);
     let mut see = |step: Step| {
         range.include(&values(&step.fields).map(|(_, values)| values).unwrap_or_default());
-        if bounds_m(&step.fields).is_some() {
+        if let Some(bounds) = bounds_m(&step.fields) {
+            start.get_or_insert(bounds);
             last = Some(step);
         }
     };
@@ -77,7 +79,7 @@ fn survey(path: &Path) -> Result<(Recording, Option<Overview>), Box<dyn Error>> 
         }
     }
     steps.end().into_iter().for_each(see);
-    let overview = last.and_then(|step| Overview::new(&step, range, true));
+    let overview = last.and_then(|step| Overview::new(&step, range, start));
     Ok((recording, overview))
 }
 
@@ -119,13 +121,12 @@ impl Player {
                 }
             };
             if let Some(outcome) = &progress.outcome {
-                let state = accepts(outcome).then_some((outcome.decision.t_s, outcome.version.step));
-                let moment = Moment { state, iteration: outcome.iteration };
-                let mut points = self.plots.iteration(outcome);
-                if accepts(outcome) {
-                    points.extend(self.plots.accepted(outcome, self.steps.accounts().ledger()));
+                self.plots.iteration(outcome);
+                if outcome.decision.verdict() == Verdict::Accept {
+                    let (t_s, step) = (outcome.decision.t_s, outcome.version.step);
+                    let points = self.plots.accepted(outcome, self.steps.accounts().ledger());
+                    self.show.points(&points, Moment { t_s, step, iteration: outcome.iteration })?;
                 }
-                self.show.points(&points, moment)?;
             }
             if let Some(step) = progress.step {
                 self.step(&step)?;
@@ -144,7 +145,7 @@ impl Player {
         let mut seen = Range::EMPTY;
         seen.include(&values(&step.fields).map(|(_, values)| values).unwrap_or_default());
         if self.overview.is_none()
-            && let Some(overview) = Overview::new(step, seen, false)
+            && let Some(overview) = Overview::new(step, seen, None)
         {
             self.set_up(overview)?;
         }
@@ -153,8 +154,8 @@ impl Player {
             if !self.surveyed && overview.range.grow(seen) {
                 self.show.legend(overview)?;
             }
-            let moment =
-                Moment { state: Some((step.t_s, step.version.step)), iteration: self.steps.accounts().iterations() };
+            let iteration = self.steps.accounts().iterations();
+            let moment = Moment { t_s: step.t_s, step: step.version.step, iteration };
             self.show.frame(overview.frame(&step.fields, self.contacts), moment)?;
             self.show.points(&self.plots.state(step), moment)?;
         }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use stagger_messages::Verdict;
+use stagger_messages::FieldError;
 use stagger_recordings::{Outcome, Step};
 use stagger_solver::coupling::Ledger;
 
@@ -23,34 +23,32 @@ fn point(path: impl Into<String>, name: impl Into<String>, value: f64) -> Point 
     Point { path: path.into(), name: name.into(), value }
 }
 
+/// Decades below its tolerance at which an error is drawn that is smaller, or exactly zero: less than 1e-8 of a
+/// tolerance is rounding, and a curve that ends at zero would look like a run that does.
+const FLOOR: f64 = -8.0;
+/// The iteration whose errors are drawn field by field. The first measures how far the step went; the second is the
+/// first to measure what the physics do to each other.
+const COMPARED: u32 = 2;
+
 /// Sums up what is plotted once per accepted step.
 #[derive(Clone, Debug, Default)]
 pub struct Plots {
     iterations: u32,
+    compared: Vec<FieldError>,
     solve_s: BTreeMap<String, f64>,
 }
 
 impl Plots {
-    /// The curves that have a point for every iteration: how far each field is from its tolerance.
-    pub fn iteration(&mut self, outcome: &Outcome) -> Vec<Point> {
+    /// Takes note of an iteration, accepted or not.
+    pub fn iteration(&mut self, outcome: &Outcome) {
         self.iterations += 1;
         for (node, done) in &outcome.reports {
             *self.solve_s.entry(node.clone()).or_default() += done.solve_s;
         }
-        let decision = &outcome.decision;
-        let mut points = Vec::new();
-        // Rerun has no logarithmic axis. What is exactly zero has no logarithm and is left out.
-        let mut logarithm = |path: String, name: String, ratio: f64| {
-            if ratio > 0.0 && ratio.is_finite() {
-                points.push(point(path, name, ratio.log10()));
-            }
-        };
-        logarithm("convergence/violation".into(), "log10 Z".into(), decision.violation);
-        for error in decision.errors.iter().filter(|error| error.tolerance > 0.0) {
-            let name = format!("log10 error/tolerance, {}", error.field);
-            logarithm(format!("convergence/fields/{}", error.field), name, error.error / error.tolerance);
+        // A step that is accepted earlier keeps its last.
+        if outcome.version.iteration <= COMPARED {
+            self.compared.clone_from(&outcome.decision.errors);
         }
-        points
     }
 
     /// The curves that have a point for every accepted step.
@@ -60,11 +58,28 @@ impl Plots {
             point("iterations/per_step", "iterations, rejected attempts included", f64::from(self.iterations)),
         ];
         self.iterations = 0;
+        points.extend(self.convergence(outcome.decision.violation));
         for (node, seconds) in std::mem::take(&mut self.solve_s) {
             points.push(point(format!("cost/{node}"), format!("{node} [ms]"), seconds * 1e3));
         }
         points.extend(energies(ledger));
         points
+    }
+
+    /// How far the accepted iteration, and each field in the iteration compared, are from their tolerances: the
+    /// violation Z = error/tolerance (Zohdi 2018, section 6.5), in decades; converged below 0.
+    fn convergence(&mut self, violation: f64) -> Vec<Point> {
+        // Rerun has no logarithmic axis.
+        let logarithm = |path: String, name: String, ratio: f64| {
+            let decades = if ratio > 0.0 { ratio.log10().max(FLOOR) } else { FLOOR };
+            (ratio >= 0.0 && ratio.is_finite()).then(|| point(path, name, decades))
+        };
+        let accepted = logarithm("convergence/accepted".into(), "log10 Z, accepted".into(), violation);
+        let fields = self.compared.drain(..).filter(|error| error.tolerance > 0.0).filter_map(|error| {
+            let name = format!("log10 Z of {}, iteration {COMPARED}", error.field.replace('_', " "));
+            logarithm(format!("convergence/fields/{}", error.field), name, error.error / error.tolerance)
+        });
+        accepted.into_iter().chain(fields).collect()
     }
 
     /// The curves of a state whose fields are recorded.
@@ -76,11 +91,6 @@ impl Plots {
         let name = |what: &str| format!("{what} {} [{}]", quantity.name, quantity.unit);
         vec![point("particles/mean", name("mean"), mean), point("particles/max", name("maximum"), max)]
     }
-}
-
-/// Whether the outcome ends a step.
-pub fn accepts(outcome: &Outcome) -> bool {
-    outcome.decision.verdict() == Verdict::Accept
 }
 
 /// Energies by node and name, and the share of each node's throughput that is not accounted for.
@@ -109,21 +119,24 @@ fn energies(ledger: &Ledger) -> Vec<Point> {
 
 #[cfg(test)]
 mod tests {
-    use stagger_messages::{Decision, Done, Energy, FieldError, Version};
+    use stagger_messages::{Decision, Done, Energy, Verdict, Version};
 
     use super::*;
 
-    fn outcome(iteration: u64) -> Outcome {
+    /// Temperature's error falls by a hundred in each iteration; after the third nothing changes any more.
+    fn outcome(iteration: u32) -> Outcome {
         let error = |field: &str, error| FieldError { field: field.into(), error, tolerance: 1e-6 };
+        let temperature = if iteration < 4 { 0.01f64.powi(iteration as i32 - 1) } else { 0.0 };
         let decision = Decision {
             verdict: Verdict::Accept.into(),
-            violation: 100.0,
+            violation: temperature / 1e-6,
             dt_s: 2e-6,
-            errors: vec![error("temperature", 1e-4), error("positions", 0.0)],
+            errors: vec![error("temperature", temperature), error("positions", 0.0)],
             ..Decision::default()
         };
         let reports = [("thermal".to_owned(), Done { solve_s: 0.5, ..Done::default() })].into();
-        Outcome { decision, version: Version::first(1), iteration, reports }
+        let version = Version { iteration, ..Version::first(1) };
+        Outcome { decision, version, iteration: iteration.into(), reports }
     }
 
     fn value(points: &[Point], path: &str) -> Option<f64> {
@@ -131,11 +144,18 @@ mod tests {
     }
 
     #[test]
-    fn errors_are_shown_as_decades_above_their_tolerance() {
-        let points = Plots::default().iteration(&outcome(1));
-        assert!((value(&points, "convergence/violation").unwrap() - 2.0).abs() < 1e-12);
-        assert!((value(&points, "convergence/fields/temperature").unwrap() - 2.0).abs() < 1e-12);
-        assert_eq!(value(&points, "convergence/fields/positions"), None);
+    fn errors_are_shown_as_decades_above_their_tolerance_and_zeros_at_the_floor() {
+        let accepted = |last: u32| {
+            let mut plots = Plots::default();
+            (1..=last).for_each(|iteration| plots.iteration(&outcome(iteration)));
+            let points = plots.accepted(&outcome(last), &Ledger::default());
+            let value = |path| value(&points, path).unwrap();
+            ["convergence/accepted", "convergence/fields/temperature", "convergence/fields/positions"].map(value)
+        };
+        for (last, expected) in [(1, [6.0, 6.0, FLOOR]), (3, [2.0, 4.0, FLOOR]), (4, [FLOOR, 4.0, FLOOR])] {
+            let found = accepted(last);
+            assert!(found.iter().zip(expected).all(|(found, it)| (found - it).abs() < 1e-12), "{last}: {found:?}");
+        }
     }
 
     #[test]

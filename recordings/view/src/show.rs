@@ -74,8 +74,10 @@ pub enum ShowError {
 /// When something is shown.
 #[derive(Clone, Copy, Debug)]
 pub struct Moment {
-    /// Simulated time, in s, and step; `None` for an iteration that was not accepted.
-    pub state: Option<(f64, u64)>,
+    /// Simulated time, in s.
+    pub t_s: f64,
+    /// Accepted steps so far.
+    pub step: u64,
     /// Iterations so far, rejected ones too.
     pub iteration: u64,
 }
@@ -166,25 +168,28 @@ impl Show {
 
     fn beam(&self, beam: &Beam) -> Result<(), ShowError> {
         let [x, y, z] = beam.spot;
+        let at = |height: f32| [x, y, height];
         let corner = |corner: usize| {
             let angle = std::f32::consts::TAU * corner as f32 / BEAM_CORNERS as f32;
             [x + beam.radius * angle.cos(), y + beam.radius * angle.sin()]
         };
-        let ring = |height: f32| (0..=BEAM_CORNERS).map(move |i| [corner(i)[0], corner(i)[1], z + height]);
-        let height = 6.0 * beam.radius;
+        let ring = |height: f32| (0..=BEAM_CORNERS).map(move |i| [corner(i)[0], corner(i)[1], height]);
         let [red, green, blue] = BEAM;
         let colour = Color::from_rgb(red, green, blue);
-        let edges = LineStrips3D::new([ring(0.0).collect::<Vec<_>>(), ring(height).collect()]);
-        let edges = edges.with_colors([colour]).with_radii([0.03 * beam.radius]);
-        self.stream.log("world/beam/edges", &edges)?;
+        // Lines, which hide nothing behind them: where the light falls on the powder, where it would meet the plate,
+        // and the way it comes.
+        let lines = [ring(beam.surface).collect(), ring(z).collect(), vec![at(beam.top), at(beam.surface)]];
+        let lines = LineStrips3D::new(lines).with_colors([colour]);
+        self.stream
+            .log("world/beam/lines", &lines.with_radii([0.015, 0.01, 0.015].map(|width| width * beam.radius)))?;
         // The wall of a cylinder: two triangles between neighbouring corners.
         let n = BEAM_CORNERS as u32 + 1;
         let wall = (0..n - 1).flat_map(|i| [[i, i + 1, n + i], [i + 1, n + i + 1, n + i]]);
-        let mesh = Mesh3D::new(ring(0.0).chain(ring(height)))
+        let mesh = Mesh3D::new(ring(z).chain(ring(beam.top)))
             .with_triangle_indices(wall)
-            .with_albedo_factor(*Color::from_unmultiplied_rgba(red, green, blue, 60));
+            .with_albedo_factor(*Color::from_unmultiplied_rgba(red, green, blue, 10));
         self.stream.log("world/beam/wall", &mesh)?;
-        let label = Points3D::new([[x, y, z + 0.5 * height]]).with_labels([beam.label.as_str()]).with_radii([0.0]);
+        let label = Points3D::new([at(beam.top)]).with_labels([beam.label.as_str()]).with_radii([0.0]);
         Ok(self.stream.log("world/beam/power", &label.with_colors([WHITE]).with_show_labels(true))?)
     }
 
@@ -208,11 +213,8 @@ impl Show {
     }
 
     fn at(&self, moment: Moment) {
-        self.stream.reset_time();
-        if let Some((t_s, step)) = moment.state {
-            self.stream.set_duration_secs("simulated_time", t_s);
-            self.stream.set_time_sequence("step", i64::try_from(step).unwrap_or(i64::MAX));
-        }
+        self.stream.set_duration_secs("simulated_time", moment.t_s);
+        self.stream.set_time_sequence("step", i64::try_from(moment.step).unwrap_or(i64::MAX));
         self.stream.set_time_sequence("iteration", i64::try_from(moment.iteration).unwrap_or(i64::MAX));
     }
 
