@@ -53,7 +53,8 @@ pub(super) static SECTION: Section = Section {
     keys: &[&DENSITY_KEY, &HEAT_CAPACITY_KEY, &CONDUCTIVITY_KEY, &YOUNG_KEY, &POISSON_KEY, &ABSORPTION_KEY],
 };
 
-/// The materials of every scene, at room temperature.
+/// The materials of every scene, at room temperature: rounded, typical values of the kind the handbooks named here give.
+/// A study that rests on one of them should set its own.
 ///
 /// Absorption is that of the base metal (iron, titanium, aluminium) from its extinction coefficient k at 1.06 µm,
 /// Weaver and Frederikse, "Optical properties of selected elements", CRC Handbook of Chemistry and Physics, to one
