@@ -2,7 +2,7 @@
 //!
 //! A run is a star. The coordinator's session is the hub and listens, nodes connect to it as clients; there is no
 //! scouting and no gossip, so nothing leaves the endpoints given. Every put is reliable, blocks rather than drops,
-//! and waits a minute before it gives a link up. Payloads above [`SHARED_MEMORY_FROM`] go through shared memory.
+//! and waits a minute before it gives a link up. Payloads of 3 KiB or more go through shared memory.
 
 use std::{
     collections::{BTreeMap, VecDeque},
