@@ -35,11 +35,6 @@ const LEASE_MS: u64 = 5_000;
 /// How long a put waits for a link that does not drain before it closes it, in µs.
 const PATIENCE_US: u64 = 60_000_000;
 
-/// How long a message to a viewer may wait before it is dropped, in µs.
-const VIEWER_PATIENCE_US: u64 = 100_000;
-/// Identifiers by which the hub tells viewers from nodes, so many at a time.
-pub const VIEWERS: [&str; 4] = ["7666e1", "7666e2", "7666e3", "7666e4"];
-
 /// Why the processes of a run cannot talk.
 #[derive(Debug, thiserror::Error)]
 pub enum LinkError {
@@ -78,14 +73,6 @@ pub enum Role {
     Node {
         /// The hub's endpoint.
         connect: String,
-    },
-    /// Connects to the hub to look on. The run does not wait for it as it does for a node: when it does not read,
-    /// messages to it are dropped, and its link is closed like that of a process that is stopped.
-    Viewer {
-        /// The hub's endpoint.
-        connect: String,
-        /// Which one of the [`VIEWERS`] it is; each is taken once at a time.
-        seat: usize,
     },
 }
 
@@ -130,34 +117,21 @@ impl Link {
         let (mode, listen, connect, what) = match role {
             Role::Hub { listen } => ("peer", vec![listen], vec![], format!("listen on {listen}")),
             Role::Node { connect } => ("client", vec![], vec![connect], format!("connect to {connect}")),
-            Role::Viewer { connect, seat } => {
-                let id = VIEWERS[seat % VIEWERS.len()];
-                settings.insert_json5("id", &format!("\"{id}\"")).map_err(failed(format!("be viewer {id}")))?;
-                ("client", vec![], vec![connect], format!("connect to {connect}"))
-            }
         };
         let list = |endpoints: Vec<&String>| serde_json::json!(endpoints).to_string();
         let lines = [
             ("mode", format!("\"{mode}\"")),
             ("listen/endpoints", list(listen)),
             ("connect/endpoints", list(connect)),
-            // A taken seat is refused at once, and asked for again until then.
-            ("connect/timeout_ms", if matches!(role, Role::Viewer { .. }) { "1000" } else { "10000" }.into()),
+            ("connect/timeout_ms", "10000".into()),
             ("connect/exit_on_failure", "true".into()),
             ("scouting/multicast/enabled", "false".into()),
             ("scouting/gossip/enabled", "false".into()),
             ("transport/link/tx/lease", LEASE_MS.to_string()),
             ("transport/link/tx/queue/congestion_control/block/wait_before_close", PATIENCE_US.to_string()),
-            ("transport/link/tx/queue/congestion_control/drop/wait_before_drop", VIEWER_PATIENCE_US.to_string()),
             // Large payloads are put into shared memory here, where they can be held and a full pool be told.
             ("transport/shared_memory/transport_optimization/enabled", "false".into()),
         ];
-        if matches!(role, Role::Hub { .. }) {
-            let rule = serde_json::json!([{
-                "zids": VIEWERS, "messages": ["put"], "flows": ["egress"], "overwrite": { "congestion_control": "drop" }
-            }]);
-            settings.insert_json5("qos/network", &rule.to_string()).map_err(failed("set qos/network"))?;
-        }
         for (key, value) in lines {
             settings.insert_json5(key, &value).map_err(failed(format!("set {key} to {value}")))?;
         }

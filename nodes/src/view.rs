@@ -17,7 +17,7 @@ use stagger_messages::keys;
 use stagger_recordings::{Exchange, Recorder, RecorderOptions, RecorderSender, RecordingError, RunInfo};
 
 use crate::{
-    link::{Arrival, Declared, Link, LinkError, Role, VIEWERS},
+    link::{Arrival, Declared, Link, LinkError, Role},
     run::{socket, socket_folder},
 };
 
@@ -220,22 +220,6 @@ pub fn follow(
     Ok(everything)
 }
 
-/// Connects to a run as a viewer.
-///
-/// # Errors
-/// The run is gone, or as many look on as may.
-pub fn look_on(hub: &str) -> Result<Link, LinkError> {
-    let seats = (0..VIEWERS.len()).map(|seat| Link::open(&Role::Viewer { connect: hub.into(), seat }, None));
-    let mut refused = None;
-    for seat in seats {
-        match seat {
-            Ok(link) => return Ok(link),
-            Err(error) => refused = Some(error),
-        }
-    }
-    Err(refused.unwrap_or(LinkError::Zenoh { what: format!("connect to {hub}"), message: "no seat is free".into() }))
-}
-
 /// Shows a run that is going on, until it ends or the bridge does.
 ///
 /// # Errors
@@ -245,7 +229,7 @@ pub fn live(bridge: &Path, run: &str, arguments: &[String]) -> Result<ExitStatus
     if keys::check_name(run).is_err() || !folder.is_dir() {
         return Err(ViewError::Nothing);
     }
-    let link = look_on(&socket(&folder))?;
+    let link = Link::open(&Role::Node { connect: socket(&folder) }, None)?;
     let about = link.ask(&keys::manifest(run, "coordinator"), PATIENCE)?;
     let info: RunInfo = serde_json::from_slice(&about.first().ok_or(ViewError::Nothing)?.payload)?;
     let stream = Stream::start(bridge, &info, arguments)?;
