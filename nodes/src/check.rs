@@ -47,7 +47,11 @@ pub fn ports(scene: &Scene) -> Result<(BTreeMap<String, Ports>, Vec<String>), Ro
 /// A node cannot be built, or the nodes do not fit together.
 pub fn check(scene: &Scene) -> Result<Option<Plan>, CheckError> {
     let (ports, commands) = ports(scene)?;
-    if commands.is_empty() { Ok(Some(coupling::plan(&ports, &scene.coupling)?)) } else { Ok(None) }
+    Ok(fit(scene, &ports, &commands)?)
+}
+
+fn fit(scene: &Scene, ports: &BTreeMap<String, Ports>, commands: &[String]) -> Result<Option<Plan>, PlanError> {
+    commands.is_empty().then(|| coupling::plan(ports, &scene.coupling)).transpose()
 }
 
 /// The settings in force and the exchange of fields, as text.
@@ -55,8 +59,9 @@ pub fn check(scene: &Scene) -> Result<Option<Plan>, CheckError> {
 /// # Errors
 /// As [`check`].
 pub fn describe(scene: &Scene) -> Result<String, CheckError> {
-    let plan = check(scene)?;
+    // Once: building a physics may place its particles.
     let (ports, commands) = ports(scene)?;
+    let plan = fit(scene, &ports, &commands)?;
     let mut text = format!("{}\n\nsettings in force (* from the scene)\n", scene.title);
     for value in &scene.effective {
         let mark = if value.is_default { ' ' } else { '*' };

@@ -111,7 +111,7 @@ pub struct Host {
     /// What readers hold of each field, and the version they know it by.
     sent: BTreeMap<String, (Version, Field)>,
     /// The same, whole, for whoever comes late and asks.
-    latest: Arc<Mutex<BTreeMap<String, Arrival>>>,
+    latest: Arc<Mutex<BTreeMap<String, (Envelope, Field)>>>,
     committed: Version,
     current: Fields,
     sequence: u64,
@@ -148,7 +148,7 @@ impl Host {
             attachment: Bytes::new(),
             payload: manifest.encode_to_vec().into(),
         };
-        let latest = Arc::new(Mutex::new(BTreeMap::new()));
+        let latest = Arc::new(Mutex::new(BTreeMap::<String, (Envelope, Field)>::new()));
         let asked = Arc::clone(&latest);
         let to_host = events.0.clone();
         // A host that has ended needs no more events.
@@ -170,7 +170,14 @@ impl Host {
         }
         declared.extend([
             link.answer(&keys::field(&run, &node, "*"), move || {
-                asked.lock().unwrap_or_else(PoisonError::into_inner).values().cloned().collect()
+                // Encoded only when somebody asks; the lock is held for the copies of references alone.
+                let latest = asked.lock().unwrap_or_else(PoisonError::into_inner).clone();
+                let whole = latest.into_values().map(|(envelope, field)| Arrival {
+                    key: keys::field(&envelope.run, &envelope.sender, field.name()),
+                    attachment: codec::field_attachment(&envelope, &field, None).into(),
+                    payload: field.values().bytes().clone(),
+                });
+                whole.collect()
             })?,
             link.answer(&keys::manifest(&run, &node), move || vec![manifest.clone()])?,
             link.announce(&keys::live(&run, &node, &instance))?,
@@ -425,17 +432,11 @@ impl Host {
             let known = self.sent.get(name).filter(|(at, sent)| !whole && kept(at) && same(sent, field));
             let known = known.map(|(at, _)| *at);
             let header = Self::stamp(&self.identity, self.epoch, &mut self.sequence, envelope);
-            let whole = field.values().bytes().clone();
-            let payload = if known.is_some() { Bytes::new() } else { whole.clone() };
+            let payload = if known.is_some() { Bytes::new() } else { field.values().bytes().clone() };
             count += 1;
             bytes += payload.len() as u64;
             outlet.put(Some(codec::field_attachment(&header, field, known)), payload)?;
-            let latest = Arrival {
-                key: keys::field(&self.identity.run, &self.identity.node, name),
-                attachment: codec::field_attachment(&header, field, None).into(),
-                payload: whole,
-            };
-            self.latest.lock().unwrap_or_else(PoisonError::into_inner).insert(name.clone(), latest);
+            self.latest.lock().unwrap_or_else(PoisonError::into_inner).insert(name.clone(), (header, field.clone()));
             self.sent.insert(name.clone(), (version, field.clone()));
         }
         Ok((count, bytes))
