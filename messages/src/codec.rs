@@ -81,7 +81,32 @@ pub fn field_record(attachment: &[u8], kind: ValueKind, payload: &[u8]) -> Vec<u
 /// # Errors
 /// The record is malformed or incomplete, or its values do not fill the announced shape.
 pub fn decode_field_record(record: &[u8]) -> Result<Received, MessageError> {
-    let mut message = decode::<FieldMessage>("field", record)?;
+    field_of(decode::<FieldMessage>("field", record)?)
+}
+
+/// A field with its values as one message, as it stands in a [`crate::Snapshot`].
+#[must_use]
+pub fn field_message(envelope: &Envelope, field: &Field) -> FieldMessage {
+    let mut message = FieldMessage {
+        envelope: Some(envelope.clone()),
+        port: Some(Port::clone(&field.port)),
+        support: Some(field.support.clone()),
+        ..FieldMessage::default()
+    };
+    match (field.f64(), field.u32(), field.u8()) {
+        (Ok(values), ..) => message.f64 = values.to_vec(),
+        (_, Ok(values), _) => message.u32 = values.to_vec(),
+        (.., Ok(values)) => message.u8 = values.to_vec(),
+        _ => {}
+    }
+    message
+}
+
+/// The field of such a message.
+///
+/// # Errors
+/// The message is incomplete, or its values do not fill the announced shape.
+pub fn field_of(mut message: FieldMessage) -> Result<Received, MessageError> {
     let (doubles, words) = (std::mem::take(&mut message.f64), std::mem::take(&mut message.u32));
     let octets = std::mem::take(&mut message.u8);
     received(message, |kind| match kind {

@@ -2,7 +2,9 @@ use std::{collections::BTreeMap, sync::Arc};
 
 use bytes::Bytes;
 
-use crate::{MessageError, Port, Support, ValueKind};
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error as _};
+
+use crate::{Envelope, MessageError, Port, Support, ValueKind, Version, codec};
 
 // Values are cast, not converted; a big-endian machine would need a conversion here.
 const _: () = assert!(cfg!(target_endian = "little"));
@@ -82,6 +84,23 @@ pub struct Field {
     pub support: Support,
     /// The values, row by row.
     values: Values,
+}
+
+/// As the bytes of its recorded form, so that a state that holds fields can be encoded.
+impl Serialize for Field {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let attachment =
+            codec::field_attachment(&Envelope { version: Some(Version::INITIAL), ..Envelope::default() }, self, None);
+        serializer.serialize_bytes(&codec::field_record(&attachment, self.port.kind(), self.values.bytes()))
+    }
+}
+
+impl<'de> Deserialize<'de> for Field {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let record = <&[u8]>::deserialize(deserializer)?;
+        let received = codec::decode_field_record(record).map_err(D::Error::custom)?;
+        received.field.ok_or_else(|| D::Error::custom("a field without values"))
+    }
 }
 
 /// Fields by name, in a fixed order.

@@ -32,6 +32,18 @@ pub fn reports(run: &str) -> String {
     format!("stagger/{run}/done/*")
 }
 
+/// What a node holds at a checkpoint: [`crate::Snapshot`].
+#[must_use]
+pub fn snapshot(run: &str, node: &str) -> String {
+    format!("stagger/{run}/snapshot/{node}")
+}
+
+/// Where the coordinator answers with the [`crate::Snapshot`] a node is to go on from.
+#[must_use]
+pub fn restore(run: &str, node: &str) -> String {
+    format!("stagger/{run}/restore/{node}")
+}
+
 /// Where a node answers with its [`crate::Manifest`].
 #[must_use]
 pub fn manifest(run: &str, node: &str) -> String {

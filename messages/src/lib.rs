@@ -20,7 +20,7 @@ mod schema {
 }
 
 /// Version of the schemas; a message with another one is refused.
-pub const SCHEMA_VERSION: u32 = 1;
+pub const SCHEMA_VERSION: u32 = 2;
 
 /// The compiled `FileDescriptorSet` of all schemas, for embedding in recordings.
 pub const DESCRIPTORS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/descriptors.bin"));
@@ -78,6 +78,7 @@ impl Port {
             components,
             kind: ValueKind::F64.into(),
             measure: measure.into(),
+            adds_up: false,
         }
     }
 
@@ -91,6 +92,7 @@ impl Port {
             components,
             kind: ValueKind::U32.into(),
             measure: Measure::None.into(),
+            adds_up: false,
         }
     }
 
@@ -98,6 +100,12 @@ impl Port {
     #[must_use]
     pub fn as_read(&self) -> Self {
         Self { measure: Measure::None.into(), ..self.clone() }
+    }
+
+    /// The same field as a reader announces it that takes the sum of what several nodes write.
+    #[must_use]
+    pub fn as_sum(&self) -> Self {
+        Self { adds_up: true, ..self.as_read() }
     }
 }
 

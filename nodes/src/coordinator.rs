@@ -250,7 +250,8 @@ impl<'a> Remote<'a> {
             ..about
         };
         self.sequence += 1;
-        let directive = Directive { envelope: Some(envelope), decision: decision.cloned(), task: Some(task) };
+        let directive =
+            Directive { envelope: Some(envelope), decision: decision.cloned(), task: Some(task), checkpoint: false };
         self.directives.put(None, directive.encode_to_vec().into())
     }
 
@@ -365,7 +366,8 @@ impl Ensemble for Remote<'_> {
             dt_s: task.window.dt_s,
             ..Envelope::default()
         };
-        let ask = |again| directive::Task::Iterate(Iterate { committed: Some(task.committed), again });
+        let ask =
+            |again| directive::Task::Iterate(Iterate { committed: Some(task.committed), again, ..Iterate::default() });
         self.direct(about.clone(), before, ask(false))?;
         let mut outcomes: BTreeMap<String, Outcome> = BTreeMap::new();
         let begun = Instant::now();

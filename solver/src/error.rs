@@ -23,6 +23,16 @@ pub enum SolveError {
     /// Frozen fields do not fit together or do not fit the scene.
     #[error("{0}")]
     Mismatch(String),
+    /// A state that cannot be encoded, or one that is none of this physics.
+    #[error("node `{node}`: its state cannot be {what}: {source}")]
+    Snapshot {
+        /// The node.
+        node: String,
+        /// What was tried.
+        what: &'static str,
+        /// What the encoding said.
+        source: postcard::Error,
+    },
     /// The start configuration asked for cannot be made.
     #[error("{0}")]
     Start(String),

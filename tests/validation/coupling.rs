@@ -14,24 +14,15 @@ use stagger_messages::{Decision, Field, Fields, Measure, Port, Ports, Ready, Ver
 use stagger_solver::{
     SolveError,
     coupling::{
-        self, Acceleration, Frozen, InProcess, Local, Observer, Order, Outcome, Participant, Physics, Reply, Settings,
-        StepControl, StepSize, Window,
+        self, Frozen, InProcess, Local, Observer, Order, Outcome, Participant, Physics, Reply, Settings, StepControl,
+        StepSize, Window,
     },
 };
 
 /// Settings of a run with a fixed window.
 pub fn settings(dt_s: f64, tolerance: f64, iterations: u32) -> Settings {
-    Settings {
-        order: Order::GaussSeidel,
-        sequence: Vec::new(),
-        acceleration: Acceleration::None,
-        tolerance: BTreeMap::new(),
-        default_tolerance: tolerance,
-        iterations,
-        dt: StepSize { start_s: dt_s, limit_s: dt_s, minimum_s: 1e-9 * dt_s, growth: 1.5 },
-        interpolate: true,
-        reuse: 0.0,
-    }
+    let dt = StepSize { start_s: dt_s, limit_s: dt_s, minimum_s: 1e-9 * dt_s, growth: 1.5 };
+    Settings { default_tolerance: tolerance, iterations, reuse: 0.0, ..Settings::new(dt) }
 }
 
 /// All decisions of a run.

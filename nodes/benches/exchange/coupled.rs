@@ -1,7 +1,7 @@
 //! Two trivial nodes and the coordinator, over everything a run goes through but the recording.
 
 use std::{
-    collections::{BTreeMap, BTreeSet},
+    collections::BTreeSet,
     io::Read as _,
     sync::Arc,
     time::{Duration, Instant},
@@ -16,8 +16,7 @@ use stagger_nodes::{
 use stagger_solver::{
     SolveError,
     coupling::{
-        self, Acceleration, Frozen, Local, Observer, Order, Outcome, Physics, Reply, Settings, StepControl, StepSize,
-        Window,
+        self, Frozen, Local, Observer, Order, Outcome, Physics, Reply, Settings, StepControl, StepSize, Window,
     },
 };
 
@@ -112,18 +111,9 @@ pub fn iterations(rows: usize, rounds: usize, order: Order) -> f64 {
     let mut children: Vec<_> =
         ["a", "b"].into_iter().map(|name| crate::spawn(&["node", name, &rows.to_string(), &endpoint])).collect();
     let total = rounds + rounds / 10;
-    let settings = Settings {
-        order,
-        sequence: Vec::new(),
-        acceleration: Acceleration::None,
-        tolerance: BTreeMap::new(),
-        // Every iteration is accepted, so that each round is one iteration and one decision.
-        default_tolerance: 1e9,
-        iterations: 5,
-        dt: StepSize { start_s: 1.0, limit_s: 1.0, minimum_s: 1e-3, growth: 2.0 },
-        interpolate: true,
-        reuse: 0.0,
-    };
+    let dt = StepSize { start_s: 1.0, limit_s: 1.0, minimum_s: 1e-3, growth: 2.0 };
+    // Every iteration is accepted, so that each round is one iteration and one decision.
+    let settings = Settings { order, default_tolerance: 1e9, iterations: 5, reuse: 0.0, ..Settings::new(dt) };
     let names = BTreeSet::from(["a".to_owned(), "b".to_owned()]);
     let mut keeper = Bench;
     let mut remote = Remote::new(link.clone(), RUN, names, &mut keeper).expect("the link is open");

@@ -89,7 +89,8 @@ impl Run {
             let body = report::Body::Ready(Ready { ledger: ledger.collect() });
             self.report(node, Version::INITIAL, 0.0, body);
         }
-        let task = directive::Task::Iterate(Iterate { committed: Some(Version::INITIAL), again: false });
+        let task =
+            directive::Task::Iterate(Iterate { committed: Some(Version::INITIAL), again: false, parts: Vec::new() });
         self.directive(Version::first(1), 0.0, None, Some(task));
     }
 
@@ -118,6 +119,7 @@ impl Run {
                     field: field.into(),
                     error: error * scale,
                     tolerance: 1e-6,
+                    ..FieldError::default()
                 });
                 let decision = Decision {
                     version: Some(version),
@@ -129,14 +131,14 @@ impl Run {
                     t_s: reached,
                     dt_s: dt,
                     next_dt_s: dt,
-                    reason: String::new(),
+                    ..Decision::default()
                 };
                 let end = accepted && step == self.script.steps;
                 let task = if end {
                     directive::Task::Stop(Stop { completed: true, reason: "duration reached".into() })
                 } else {
                     let committed = if accepted { version } else { Version::INITIAL };
-                    directive::Task::Iterate(Iterate { committed: Some(committed), again: false })
+                    directive::Task::Iterate(Iterate { committed: Some(committed), again: false, parts: Vec::new() })
                 };
                 self.directive(next, reached, Some(decision), Some(task));
             }
@@ -216,7 +218,7 @@ impl Run {
     }
 
     fn directive(&mut self, version: Version, t: f64, decision: Option<Decision>, task: Option<directive::Task>) {
-        let message = Directive { envelope: Some(self.envelope(0, version, t)), decision, task };
+        let message = Directive { envelope: Some(self.envelope(0, version, t)), decision, task, checkpoint: false };
         self.control("ctl/directive".into(), &message, ControlKind::Directive);
     }
 

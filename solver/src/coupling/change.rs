@@ -14,7 +14,7 @@ const LANES: usize = 8;
 pub fn change(field: &Field, previous: &Field, committed: &Field) -> Result<Change, MessageError> {
     let (new, old, start) = (field.f64()?, previous.f64()?, committed.f64()?);
     let components = field.components();
-    let mut sums = Change { field: field.name().into(), ..Change::default() };
+    let mut sums = Change { field: field.name().into(), rows: field.rows() as u64, ..Change::default() };
     let comparable = new.len() == old.len() && new.len() == start.len();
     let nothing = vec![0.0; if comparable { 0 } else { new.len() }];
     let (old, start) = if comparable { (old, start) } else { (&nothing[..], &nothing[..]) };

@@ -39,6 +39,18 @@ pub trait Participant: Send {
     /// # Errors
     /// That version is not the last trial.
     fn commit(&mut self, version: Version) -> Result<(), SolveError>;
+
+    /// The committed state as bytes, for [`Participant::restore`].
+    ///
+    /// # Errors
+    /// There is none yet, or it cannot be encoded.
+    fn snapshot(&self) -> Result<Vec<u8>, SolveError>;
+
+    /// Goes on from a state that was committed with these fields: the same bits follow as would have followed then.
+    ///
+    /// # Errors
+    /// The bytes are no state of this physics.
+    fn restore(&mut self, state: &[u8], fields: Fields) -> Result<(), SolveError>;
 }
 
 /// A physics in this process.
@@ -169,6 +181,22 @@ impl<P: Physics> Participant for Local<P> {
         let answer = Answer { fields: reply.fields, done };
         self.trial = Some(Trial { version, window, frozen: frozen.clone(), state, answer: answer.clone() });
         Ok(answer)
+    }
+
+    fn snapshot(&self) -> Result<Vec<u8>, SolveError> {
+        let Some((state, _)) = &self.committed else {
+            return Err(SolveError::Mismatch(format!("{}: asked for its state before its start", self.name)));
+        };
+        let failed = |source| SolveError::Snapshot { node: self.name.clone(), what: "encoded", source };
+        postcard::to_stdvec(state).map_err(failed)
+    }
+
+    fn restore(&mut self, state: &[u8], fields: Fields) -> Result<(), SolveError> {
+        let failed = |source| SolveError::Snapshot { node: self.name.clone(), what: "restored", source };
+        let state = postcard::from_bytes(state).map_err(failed)?;
+        self.committed = Some((state, fields));
+        self.trial = None;
+        Ok(())
     }
 
     fn commit(&mut self, version: Version) -> Result<(), SolveError> {

@@ -1,5 +1,6 @@
 use std::collections::BTreeMap;
 
+use serde::{Serialize, de::DeserializeOwned};
 use stagger_messages::{Energy, Field, Fields, MessageError, Ports};
 
 use crate::SolveError;
@@ -67,8 +68,9 @@ pub struct NotConverged {
 /// `solve` is a trial. The same inputs give the same bytes, for any thread count, and nothing is kept until the
 /// coordinator commits: that rule gives rollback, replay, restart and determinism.
 pub trait Physics: Send {
-    /// Everything the next window depends on. Cheap to drop: a rejected trial drops it.
-    type State: Clone + Send;
+    /// Everything the next window depends on. Cheap to drop: a rejected trial drops it. It is encoded for checkpoints:
+    /// the values that come back must be the same bits.
+    type State: Clone + Send + Serialize + DeserializeOwned;
 
     /// Fields read and written.
     fn ports(&self) -> Ports;

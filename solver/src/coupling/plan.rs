@@ -45,11 +45,12 @@ pub fn plan(nodes: &BTreeMap<String, Ports>, settings: &Settings) -> Result<Plan
                 interpolate: settings.interpolate,
                 measure: measure.into(),
                 reuse_below: settings.reuse * tolerance,
+                accelerated: false,
             });
         }
         plans.push(NodePlan { node: node.clone(), sources });
     }
-    if problems.is_empty() { Ok(Plan { order, nodes: plans }) } else { Err(PlanError(problems)) }
+    if problems.is_empty() { Ok(Plan { order, nodes: plans, from: None }) } else { Err(PlanError(problems)) }
 }
 
 /// The measured fields of all nodes: those that decide convergence.
@@ -116,20 +117,10 @@ fn mismatch(read: &Port, written: &Port) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::coupling::{Acceleration, StepSize};
+    use crate::coupling::StepSize;
 
     fn settings() -> Settings {
-        Settings {
-            order: Order::GaussSeidel,
-            sequence: Vec::new(),
-            acceleration: Acceleration::None,
-            tolerance: BTreeMap::new(),
-            default_tolerance: 1e-6,
-            iterations: 5,
-            dt: StepSize { start_s: 1.0, limit_s: 1.0, minimum_s: 1e-3, growth: 2.0 },
-            interpolate: true,
-            reuse: 0.1,
-        }
+        Settings::new(StepSize { start_s: 1.0, limit_s: 1.0, minimum_s: 1e-3, growth: 2.0 })
     }
 
     fn nodes() -> BTreeMap<String, Ports> {

@@ -190,7 +190,7 @@ impl StepControl {
                 let factor = self.factor(first, error, tolerance, order(measure));
                 decision.factor = decision.factor.min(factor);
             }
-            decision.errors.push(FieldError { field: sums.field.clone(), error, tolerance });
+            decision.errors.push(FieldError { field: sums.field.clone(), error, tolerance, ..FieldError::default() });
         }
     }
 

@@ -5,20 +5,11 @@ use std::collections::BTreeMap;
 use stagger_messages::Change;
 
 use super::*;
-use crate::coupling::{Acceleration, Order, StepSize};
+use crate::coupling::StepSize;
 
 fn settings(iterations: u32) -> Settings {
-    Settings {
-        order: Order::GaussSeidel,
-        sequence: Vec::new(),
-        acceleration: Acceleration::None,
-        tolerance: BTreeMap::new(),
-        default_tolerance: 1e-6,
-        iterations,
-        dt: StepSize { start_s: 1.0, limit_s: 4.0, minimum_s: 1e-3, growth: 2.0 },
-        interpolate: true,
-        reuse: 0.0,
-    }
+    let dt = StepSize { start_s: 1.0, limit_s: 4.0, minimum_s: 1e-3, growth: 2.0 };
+    Settings { iterations, reuse: 0.0, ..Settings::new(dt) }
 }
 
 fn control(iterations: u32, measure: Measure) -> StepControl {
@@ -26,7 +17,7 @@ fn control(iterations: u32, measure: Measure) -> StepControl {
 }
 
 fn outcome(error: f64) -> Vec<Outcome> {
-    let sums = Change { field: "w".into(), change: error, increment: 1.0, magnitude: 1.0, worst_row: 7 };
+    let sums = Change { field: "w".into(), change: error, increment: 1.0, magnitude: 1.0, worst_row: 7, rows: 8 };
     vec![Outcome { node: "a".into(), result: Ok(Done { changes: vec![sums], converged: true, ..Done::default() }) }]
 }
 

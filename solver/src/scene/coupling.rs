@@ -134,6 +134,8 @@ pub(super) fn read(table: Table<'_>, names: &Names<'_>) -> Option<Settings> {
         order,
         sequence,
         acceleration: Acceleration::None,
+        fields: std::collections::BTreeMap::new(),
+        every: std::collections::BTreeMap::new(),
         tolerance,
         default_tolerance,
         iterations,

@@ -57,6 +57,8 @@ pub struct Scene {
     pub coupling: CouplingSettings,
     /// What is recorded.
     pub record: RecordSettings,
+    /// What happens when a node dies.
+    pub recovery: RecoverySettings,
     /// Hash of the text and the overrides: what names the scene in a manifest and a recording.
     pub hash: u64,
     /// The text, without the overrides.
@@ -83,6 +85,25 @@ pub struct RecordSettings {
     pub level: Level,
     /// Steps from one recorded step to the next; at least 1.
     pub every: u64,
+}
+
+/// What happens when a node dies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RecoverySettings {
+    /// Accepted steps from one checkpoint to the next; 0 takes none, and a node that dies then ends the run.
+    pub checkpoint_steps: u64,
+    /// Times that nodes may be started again in one run.
+    pub restarts: u32,
+    /// How long a node may work on one answer before it is taken for dead, in s.
+    pub hang_s: f64,
+    /// How long nodes have to announce themselves, in s.
+    pub start_s: f64,
+}
+
+impl Default for RecoverySettings {
+    fn default() -> Self {
+        Self { checkpoint_steps: 50, restarts: 3, hang_s: 600.0, start_s: 30.0 }
+    }
 }
 
 /// Which states are recorded.
@@ -214,6 +235,7 @@ impl Scene {
             nodes,
             coupling: coupling?,
             record: record?,
+            recovery: RecoverySettings::default(),
             hash: 0,
             text: String::new(),
             overrides: Vec::new(),

@@ -11,6 +11,7 @@ use std::{collections::BTreeMap, sync::Arc};
 
 use beam::Frame;
 use beer_lambert::Lines;
+use serde::{Deserialize, Serialize};
 pub use settings::*;
 use stagger_messages::{Energy, Field, Fields, Measure, Port, Ports};
 
@@ -55,7 +56,7 @@ struct Written {
 }
 
 /// Share of the beam's power that each particle takes at the end of the last window, where the beam was on in it.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct State {
     shares: Option<Arc<Vec<f64>>>,
 }

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use stagger_messages::{Field, Measure, MessageError, Port};
 
 use super::{PARALLEL_ITEMS, Particles, Vec3, neighbours::NeighbourList};
@@ -62,7 +63,7 @@ pub(super) struct Found {
 }
 
 /// A list of contacts at one instant.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct ContactList {
     pub pairs: Field,
     pub area: Field,

@@ -1,6 +1,7 @@
 //! Verlet list built from cell bins (Verlet 1967; Zohdi 2018, ch. 6.4.1).
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::{PARALLEL_ITEMS, Vec3};
 
@@ -8,7 +9,7 @@ use super::{PARALLEL_ITEMS, Vec3};
 const LEVELS: usize = 16;
 
 /// Pairs close enough to touch before either particle has moved half its skin.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 pub(super) struct NeighbourList {
     /// Pairs i < j in ascending order.
     pub pairs: Vec<[u32; 2]>,

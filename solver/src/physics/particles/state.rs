@@ -1,10 +1,12 @@
 use std::{ops::AddAssign, sync::Arc};
 
+use serde::{Deserialize, Serialize};
+
 use super::{Vec3, contact_list::ContactList, neighbours::NeighbourList};
 use crate::{SolveError, coupling::NotConverged};
 
 /// Everything the particles' next window depends on.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct State {
     pub(super) motion: Motion,
     /// Forces at the same instant.
@@ -19,7 +21,7 @@ pub struct State {
 }
 
 /// Where the particles are and how they move.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Motion {
     /// r in m.
     pub positions: Vec<Vec3>,
@@ -57,7 +59,7 @@ pub(super) fn within(step: &Vec3, radius: f64) -> bool {
 }
 
 /// Forces on all particles at one instant.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Forces {
     /// Ψ in N.
     pub force: Vec<Vec3>,
@@ -82,7 +84,7 @@ impl Forces {
 }
 
 /// Power in W, or energy in J, lost to each kind of friction.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Dissipation {
     pub contact_damping: f64,
     pub friction: f64,

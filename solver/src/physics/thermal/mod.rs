@@ -8,6 +8,7 @@ mod trapezoidal;
 use std::{collections::BTreeMap, f64::consts::PI, sync::Arc};
 
 use network::Network;
+use serde::{Deserialize, Serialize};
 pub use settings::*;
 use stagger_messages::{Energy, Field, Measure, Port, Ports};
 
@@ -38,7 +39,7 @@ pub struct Thermal {
 }
 
 /// The temperatures; cloning shares them.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct State {
     temperature: Field,
 }
