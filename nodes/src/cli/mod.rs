@@ -1,5 +1,7 @@
 //! The command line: raw arguments, then a validated scene, then the work. Results on stdout, diagnostics on stderr.
 
+mod arguments;
+
 use std::{
     path::{Path, PathBuf},
     process::ExitCode,
@@ -9,7 +11,8 @@ use std::{
     },
 };
 
-use clap::{Args, Parser, Subcommand};
+pub use arguments::Arguments;
+use arguments::{Command, NodeArguments, OutputArguments, ReplayArguments, RunArguments, SceneArguments};
 use stagger_messages::keys;
 use stagger_recordings::{Recording, Summary as RecordingSummary};
 use stagger_solver::scene::Scene;
@@ -30,189 +33,6 @@ use crate::{
 const FAILED: u8 = 1;
 const USAGE: u8 = 2;
 const MISSING: u8 = 3;
-
-/// Particle-based additive manufacturing as a co-simulation: one process per physics, every exchange recorded.
-///
-/// Exit codes: 0 done, 1 failed, 2 usage or bad scene, 3 finished with something missing.
-#[derive(Debug, Parser)]
-#[command(name = "stagger", version, arg_required_else_help = true)]
-pub struct Arguments {
-    #[command(subcommand)]
-    command: Command,
-}
-
-#[derive(Debug, Subcommand)]
-enum Command {
-    /// Run a scene: starts a process for each physics it names, couples them, records every exchange
-    Run(RunArguments),
-    /// Validate a scene; show its settings and who reads what from whom
-    Check {
-        #[command(flatten)]
-        scene: SceneArguments,
-    },
-    /// Run one physics of a scene as a node of a run started elsewhere
-    Node(NodeArguments),
-    /// Coordinate a scene whose nodes are started by hand
-    Coordinator {
-        #[command(flatten)]
-        scene: SceneArguments,
-        /// Endpoint to listen on: tcp/127.0.0.1:7447, unixsock-stream//tmp/hub.sock
-        #[arg(long)]
-        listen: String,
-        #[command(flatten)]
-        output: OutputArguments,
-        /// Zenoh configuration file
-        #[arg(long)]
-        config: Option<PathBuf>,
-    },
-    /// Publish a recording as the live run did
-    Replay(ReplayArguments),
-    /// Solve the nodes again from the recorded frozen fields and compare bit for bit
-    Verify {
-        /// The recording
-        file: PathBuf,
-        /// Only this node
-        #[arg(long)]
-        node: Option<String>,
-        /// Largest difference as a share of the field's largest value; 0 asks for equal bits
-        #[arg(long, default_value_t = 0.0, value_parser = not_negative)]
-        tolerance: f64,
-        /// Print the result as JSON
-        #[arg(long)]
-        json: bool,
-    },
-    /// Tell what is in a recording; exit 3 when it is cut off
-    Info {
-        /// The recording
-        file: PathBuf,
-        /// Print as JSON
-        #[arg(long)]
-        json: bool,
-    },
-    /// Show a recording, or a run that is going on, in Rerun
-    View {
-        /// A recording, or the name of a run on this host
-        what: String,
-        /// Save a Rerun recording instead of opening a viewer
-        #[arg(long)]
-        save: Option<PathBuf>,
-        /// Connect to a viewer that runs already, such as rerun+http://127.0.0.1:9876/proxy
-        #[arg(long)]
-        connect: Option<String>,
-        /// Draw the contacts too
-        #[arg(long)]
-        contacts: bool,
-    },
-}
-
-#[derive(Debug, Args)]
-struct SceneArguments {
-    /// The scene, a TOML file
-    scene: PathBuf,
-    /// Set a key of the scene: coupling.iterations=6
-    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value)]
-    overrides: Vec<(String, String)>,
-}
-
-#[derive(Debug, Args)]
-struct OutputArguments {
-    /// Recording to write; by default the scene's name with .mcap in the working directory
-    #[arg(long, value_name = "FILE", conflicts_with = "no_record")]
-    record: Option<PathBuf>,
-    /// Write no recording
-    #[arg(long)]
-    no_record: bool,
-    /// Print the summary as JSON (docs/summary.md)
-    #[arg(long)]
-    json: bool,
-}
-
-#[derive(Debug, Args)]
-struct RunArguments {
-    #[command(flatten)]
-    scene: SceneArguments,
-    #[command(flatten)]
-    output: OutputArguments,
-    /// Run the nodes as threads of one process
-    #[arg(long)]
-    in_process: bool,
-    /// Threads of each node; by default one per core. The results do not depend on it
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
-    threads: Option<u16>,
-    /// Run a node by a command of your own
-    #[arg(long = "node", value_name = "NODE=COMMAND", value_parser = key_value)]
-    nodes: Vec<(String, String)>,
-    /// Show the run in Rerun while it goes on
-    #[arg(long)]
-    view: bool,
-}
-
-#[derive(Debug, Args)]
-struct NodeArguments {
-    /// The physics: particles, thermal, optics
-    kind: String,
-    /// Its name in the run; by default that of the physics
-    #[arg(long)]
-    name: Option<String>,
-    /// The scene
-    #[arg(long)]
-    scene: PathBuf,
-    /// Set a key of the scene, as the coordinator was told
-    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value)]
-    overrides: Vec<(String, String)>,
-    /// The coordinator's endpoint
-    #[arg(long)]
-    connect: String,
-    /// Name of the run, as the coordinator says
-    #[arg(long)]
-    run: String,
-    /// Threads
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
-    threads: Option<u16>,
-    /// Zenoh configuration file
-    #[arg(long)]
-    config: Option<PathBuf>,
-    /// End when the standard input closes, and leave Ctrl-C to the parent
-    #[arg(long, hide = true)]
-    child: bool,
-}
-
-#[derive(Debug, Args)]
-struct ReplayArguments {
-    /// The recording
-    file: PathBuf,
-    /// Times faster than it was recorded; `inf` waits for nothing
-    #[arg(long, default_value_t = 1.0, value_parser = positive)]
-    speed: f64,
-    /// Wait for Enter before each step
-    #[arg(long)]
-    step: bool,
-    /// Start at once instead of waiting for a first subscriber
-    #[arg(long)]
-    now: bool,
-    /// Simulated time to start from, in s
-    #[arg(long, default_value_t = 0.0)]
-    from: f64,
-    /// Simulated time to end at, in s
-    #[arg(long, default_value_t = f64::INFINITY)]
-    to: f64,
-    /// Endpoint to listen on; by default a socket that is printed
-    #[arg(long)]
-    listen: Option<String>,
-}
-
-fn key_value(text: &str) -> Result<(String, String), String> {
-    let (key, value) = text.split_once('=').ok_or_else(|| format!("expected KEY=VALUE, found `{text}`"))?;
-    Ok((key.trim().into(), value.trim().into()))
-}
-
-fn positive(text: &str) -> Result<f64, String> {
-    text.parse().ok().filter(|value| *value > 0.0).ok_or_else(|| format!("expected a number above 0, found `{text}`"))
-}
-
-fn not_negative(text: &str) -> Result<f64, String> {
-    text.parse().ok().filter(|value| *value >= 0.0).ok_or_else(|| format!("expected 0 or more, found `{text}`"))
-}
 
 /// What a command ends with.
 enum End {
