@@ -17,7 +17,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     fs::write(out.join("descriptors.bin"), bare.encode_to_vec())?;
     let mut config = prost_build::Config::new();
     config.btree_map(["."]);
-    config.type_attribute(".stagger.v1.Version", "#[derive(PartialOrd, Ord)]");
+    config.type_attribute(".stagger.v1.Version", "#[derive(PartialOrd, Ord, serde::Serialize, serde::Deserialize)]");
     config.compile_fds(descriptors)?;
     Ok(())
 }

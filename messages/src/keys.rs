@@ -44,6 +44,12 @@ pub fn restore(run: &str, node: &str) -> String {
     format!("stagger/{run}/restore/{node}")
 }
 
+/// A whole [`crate::Checkpoint`], for the recording.
+#[must_use]
+pub fn checkpoint(run: &str) -> String {
+    format!("stagger/{run}/checkpoint")
+}
+
 /// Where a node answers with its [`crate::Manifest`].
 #[must_use]
 pub fn manifest(run: &str, node: &str) -> String {

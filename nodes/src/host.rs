@@ -8,26 +8,26 @@ use std::{
         Arc, Mutex, PoisonError,
         mpsc::{Receiver, Sender},
     },
-    time::Instant,
+    time::{Duration, Instant, SystemTime, UNIX_EPOCH},
 };
 
 use bytes::Bytes;
 use prost::Message as _;
 use stagger_messages::{
-    Decision, Directive, Done, Envelope, Failure, Farewell, Field, FieldSummary, Fields, Iterate, Manifest, Plan,
-    Ready, Report, SCHEMA_VERSION, Source, Stop, Verdict, Version,
-    codec::{self, Received},
-    directive, keys, report,
+    Decision, Directive, Done, Envelope, Failure, Farewell, Field, Fields, Iterate, Manifest, Plan, Ready, Report,
+    SCHEMA_VERSION, Snapshot, Stop, Verdict, Version, codec, directive, keys, report,
 };
-use stagger_solver::coupling::{Answer, Frozen, Participant, Window, freeze, same};
+use stagger_solver::coupling::{self, Answer, Inbox, Participant, Window, resting, same, window_of};
 
 use crate::{
     link::{Arrival, Declared, Link, LinkError, Outlet},
-    mailbox::Mailbox,
+    summary,
 };
 
 /// Fields kept until the plan comes; what is left out is sent again with the next one.
 const EARLY_FIELDS: usize = 1000;
+/// How long a node waits for the state it is to go on from.
+const RESTORE: Duration = Duration::from_secs(30);
 
 /// Who a node is.
 #[derive(Clone, Debug)]
@@ -68,7 +68,7 @@ pub enum HostError {
         /// Why.
         message: String,
     },
-    /// It was told to commit what it does not hold.
+    /// It was told to commit what it does not hold, or its state cannot be encoded.
     #[error("node `{node}` cannot commit: {message}")]
     Commit {
         /// The node.
@@ -94,26 +94,31 @@ pub struct Host {
     identity: Identity,
     participant: Box<dyn Participant>,
     events: (Sender<Event>, Receiver<Event>),
+    link: Link,
     outlets: BTreeMap<String, Outlet>,
     report: Outlet,
+    snapshot: Outlet,
     _declared: Vec<Declared>,
-    mailbox: Mailbox,
-    sources: Vec<Source>,
+    inbox: Inbox,
     epoch: Option<u32>,
-    /// Fields that came before the plan that says whose they are: the nodes hear of it at different moments.
+    /// Fields that came before the plan of their epoch: the nodes hear of it at different moments.
     early: Vec<Arrival>,
-    /// What the node holds at t = 0, and whether the coordinator waits to hear it.
-    ready: (Ready, bool),
+    /// The version the epoch starts from, what the node holds then, and whether the coordinator waits to hear it.
+    ready: (Version, Ready, bool),
     pending: Option<(Envelope, Iterate, Instant)>,
     /// The last answer and the one before it, for whoever missed them.
     answered: Option<(Envelope, Fields, Done)>,
     before: Option<(Envelope, Fields)>,
+    /// The last trial that was asked of others only.
+    rested: Option<Version>,
     /// What readers hold of each field, and the version they know it by.
     sent: BTreeMap<String, (Version, Field)>,
     /// The same, whole, for whoever comes late and asks.
     latest: Arc<Mutex<BTreeMap<String, (Envelope, Field)>>>,
-    committed: Version,
-    current: Fields,
+    /// What this node committed last.
+    committed: (Version, Fields),
+    /// What the run accepted last.
+    accepted: Version,
     sequence: u64,
     refused: u64,
 }
@@ -126,13 +131,16 @@ impl Host {
     pub fn new(link: &Link, identity: Identity, participant: Box<dyn Participant>) -> Result<Self, LinkError> {
         let Identity { run, node, scene_hash } = identity.clone();
         let events = std::sync::mpsc::channel();
-        let instance = std::process::id().to_string();
+        // A clock before 1970 still tells two processes of one number apart by that number.
+        let started = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+        let instance = format!("{}-{}", std::process::id(), started.as_nanos());
         let ports = participant.ports();
         let mut outlets = BTreeMap::new();
         for port in &ports.writes {
             outlets.insert(port.field.clone(), link.publisher(keys::field(&run, &node, &port.field))?);
         }
         let report = link.publisher(keys::report(&run, &node))?;
+        let snapshot = link.publisher(keys::snapshot(&run, &node))?;
         let manifest = Manifest {
             run: run.clone(),
             schema: SCHEMA_VERSION,
@@ -186,21 +194,23 @@ impl Host {
             identity,
             participant,
             events,
+            link: link.clone(),
             outlets,
             report,
+            snapshot,
             _declared: declared,
-            mailbox: Mailbox::default(),
-            sources: Vec::new(),
+            inbox: Inbox::default(),
             epoch: None,
             early: Vec::new(),
-            ready: (Ready::default(), false),
+            ready: (Version::INITIAL, Ready::default(), false),
             pending: None,
             answered: None,
             before: None,
+            rested: None,
             sent: BTreeMap::new(),
             latest,
-            committed: Version::INITIAL,
-            current: Fields::new(),
+            committed: (Version::INITIAL, Fields::new()),
+            accepted: Version::INITIAL,
             sequence: 0,
             refused: 0,
         })
@@ -250,24 +260,26 @@ impl Host {
     }
 
     fn receive_field(&mut self, arrival: Arrival) {
-        if self.epoch.is_none() {
+        let Ok(received) = codec::decode_field(&arrival.attachment, arrival.payload.clone()) else {
+            self.refused += 1;
+            return;
+        };
+        if self.epoch.is_none_or(|epoch| received.envelope.epoch > epoch) {
             if self.early.len() < EARLY_FIELDS {
                 self.early.push(arrival);
             }
             return;
         }
-        match codec::decode_field(&arrival.attachment, arrival.payload) {
-            Ok(received) => {
-                if self.accepts(Some(&received.envelope), false) && self.is_source(&received) {
-                    self.mailbox.store(received);
-                }
-            }
-            Err(_) => self.refused += 1,
+        let sender = received.envelope.sender.clone();
+        if !self.accepts(Some(&received.envelope), false) || !self.inbox.reads(&sender, &received.name) {
+            return;
         }
-    }
-
-    fn is_source(&self, received: &Received) -> bool {
-        self.sources.iter().any(|source| source.field == received.name && source.writer == received.envelope.sender)
+        let version = received.envelope.version.unwrap_or_default();
+        match (received.field, received.same_as) {
+            (Some(field), _) => self.inbox.insert(&sender, version, field),
+            (None, Some(same_as)) => self.inbox.refer(&sender, &received.name, version, same_as),
+            (None, None) => {}
+        }
     }
 
     fn receive_directive(&mut self, arrival: &Arrival) -> Result<Option<NodeEnd>, HostError> {
@@ -285,11 +297,20 @@ impl Host {
         if let Some(decision) = directive.decision {
             self.conclude(&decision, &envelope)?;
         }
+        if directive.checkpoint {
+            self.hand_over(&envelope)?;
+        }
         match directive.task {
             Some(directive::Task::Plan(plan)) => self.start(&envelope, plan)?,
+            Some(directive::Task::Iterate(iterate)) if resting(&self.identity.node, &iterate).is_some() => {
+                if iterate.again {
+                    self.answer_again(&envelope)?;
+                }
+                self.rested = envelope.version;
+            }
             Some(directive::Task::Iterate(iterate)) => {
                 if iterate.again {
-                    self.answer_again(&envelope, &iterate)?;
+                    self.answer_again(&envelope)?;
                 }
                 if self.answered.as_ref().is_none_or(|(answered, ..)| answered.version != envelope.version) {
                     self.pending = Some((envelope, iterate, Instant::now()));
@@ -304,76 +325,139 @@ impl Host {
         Ok(None)
     }
 
-    /// Commits an accepted version, once.
+    /// Commits an accepted version, once, where this node solved it; forgets a rejected attempt.
     fn conclude(&mut self, decision: &Decision, envelope: &Envelope) -> Result<(), HostError> {
         let version = decision.version.unwrap_or_default();
-        if decision.verdict() != Verdict::Accept || version <= self.committed {
+        if decision.verdict() == Verdict::Reject {
+            self.inbox.rejected(version);
+        }
+        if decision.verdict() != Verdict::Accept || version <= self.accepted {
             return Ok(());
         }
-        if let Err(error) = self.participant.commit(version) {
-            let message = error.to_string();
-            self.fail(envelope, message.clone(), false)?;
-            return Err(HostError::Commit { node: self.identity.node.clone(), message });
+        let answer = self.answered.as_ref().filter(|(answered, ..)| answered.version == Some(version));
+        if let Some((_, fields, _)) = answer {
+            let fields = fields.clone();
+            if let Err(error) = self.participant.commit(version) {
+                return self.cannot_commit(envelope, error.to_string());
+            }
+            self.committed = (version, fields);
+            self.inbox.commit();
+        } else if self.rested != Some(version) {
+            return self.cannot_commit(envelope, format!("asked to commit {version}, which it has not solved"));
         }
-        self.committed = version;
-        if let Some((_, fields, _)) = &self.answered {
-            self.current.extend(fields.clone());
-        }
-        self.mailbox.forget_before(version);
+        self.accepted = version;
+        self.inbox.accepted(version);
         Ok(())
     }
 
+    fn cannot_commit(&mut self, envelope: &Envelope, message: String) -> Result<(), HostError> {
+        self.fail(envelope, message.clone(), false)?;
+        Err(HostError::Commit { node: self.identity.node.clone(), message })
+    }
+
+    /// Puts everything it needs to go on from its committed version.
+    fn hand_over(&mut self, envelope: &Envelope) -> Result<(), HostError> {
+        let state = match self.participant.snapshot() {
+            Ok(state) => state,
+            Err(error) => return self.cannot_commit(envelope, error.to_string()),
+        };
+        let about = |sender: &str, version| Envelope {
+            run: self.identity.run.clone(),
+            schema: SCHEMA_VERSION,
+            epoch: self.epoch.unwrap_or_default(),
+            sender: sender.into(),
+            version: Some(version),
+            ..Envelope::default()
+        };
+        let (committed, fields) = &self.committed;
+        let older = self.inbox.older_than(self.accepted);
+        let snapshot = Snapshot {
+            envelope: Some(about(&self.identity.node, self.accepted)),
+            committed: Some(*committed),
+            state,
+            fields: fields
+                .values()
+                .map(|field| codec::field_message(&about(&self.identity.node, *committed), field))
+                .collect(),
+            frozen: older.iter().map(|(from, at, field)| codec::field_message(&about(from, *at), field)).collect(),
+        };
+        Ok(self.snapshot.put(None, snapshot.encode_to_vec().into())?)
+    }
+
     fn start(&mut self, envelope: &Envelope, plan: Plan) -> Result<(), HostError> {
+        let from = plan.from.unwrap_or(Version::INITIAL);
         if self.epoch != Some(envelope.epoch) {
             self.epoch = Some(envelope.epoch);
             self.sequence = 0;
             self.sent.clear();
-            self.committed = Version::INITIAL;
             let mine = plan.nodes.into_iter().find(|node| node.node == self.identity.node).unwrap_or_default();
-            self.sources = mine.sources;
-            self.mailbox = Mailbox::default();
+            self.participant.set_sources(&mine.sources);
+            self.inbox = Inbox::new(mine.sources);
+            let begun = if from == Version::INITIAL { self.initial() } else { self.restore() };
+            if let Err(message) = begun {
+                self.fail(&Envelope { version: Some(from), ..Envelope::default() }, message.clone(), false)?;
+                return Err(HostError::Start { node: self.identity.node.clone(), message });
+            }
+            self.accepted = from;
             for arrival in std::mem::take(&mut self.early) {
                 self.receive_field(arrival);
             }
-            self.participant.set_sources(&self.sources);
-            let initial = match self.participant.initial() {
-                Ok(initial) => initial,
-                Err(error) => {
-                    let message = error.to_string();
-                    self.fail(envelope, message.clone(), false)?;
-                    return Err(HostError::Start { node: self.identity.node.clone(), message });
-                }
-            };
-            self.current = initial.0;
-            self.ready.0 = initial.1;
         }
         // The coordinator asks again until all are ready, so that a reader that came late gets the values too.
-        let fields = self.current.clone();
-        self.publish(&Envelope { version: Some(Version::INITIAL), ..envelope.clone() }, &fields, true)?;
-        self.ready.1 = true;
-        (self.pending, self.answered, self.before) = (None, None, None);
+        let (version, fields) = self.committed.clone();
+        self.publish(&Envelope { version: Some(version), ..envelope.clone() }, &fields, true)?;
+        self.ready.0 = from;
+        self.ready.2 = true;
+        (self.pending, self.answered, self.before, self.rested) = (None, None, None, None);
         self.try_ready()
     }
 
-    /// Reports Ready once the initial value of every field read has come; again whenever the plan is sent again.
+    fn initial(&mut self) -> Result<(), String> {
+        let (fields, ready) = self.participant.initial().map_err(|error| error.to_string())?;
+        self.committed = (Version::INITIAL, fields);
+        self.ready.1 = ready;
+        Ok(())
+    }
+
+    /// Goes on from what the coordinator kept of this node.
+    fn restore(&mut self) -> Result<(), String> {
+        let key = keys::restore(&self.identity.run, &self.identity.node);
+        let answers = self.link.ask(&key, RESTORE).map_err(|error| error.to_string())?;
+        let answer = answers.first().ok_or("the coordinator has no state for it to go on from")?;
+        let snapshot = codec::decode::<Snapshot>("snapshot", &answer.payload).map_err(|error| error.to_string())?;
+        let restored = coupling::restore(self.participant.as_mut(), &mut self.inbox, snapshot);
+        self.committed = restored.map_err(|error| error.to_string())?;
+        self.ready.1 = Ready::default();
+        Ok(())
+    }
+
+    /// Reports Ready once a value to start from has come of every field read; again whenever the plan is sent again.
     fn try_ready(&mut self) -> Result<(), HostError> {
-        if !self.ready.1 || !self.mailbox.has_all(&self.sources, Version::INITIAL) {
+        if !self.ready.2 || !self.inbox.begin() {
             return Ok(());
         }
-        self.ready.1 = false;
-        let envelope = Envelope { version: Some(Version::INITIAL), ..Envelope::default() };
-        self.tell(&envelope, report::Body::Ready(self.ready.0.clone()))
+        self.ready.2 = false;
+        let envelope = Envelope { version: Some(self.ready.0), ..Envelope::default() };
+        self.tell(&envelope, report::Body::Ready(self.ready.1.clone()))
     }
 
     fn try_solve(&mut self) -> Result<(), HostError> {
         let Some((envelope, iterate, asked)) = &self.pending else { return Ok(()) };
         let version = envelope.version.unwrap_or_default();
-        let committed = iterate.committed.unwrap_or_default();
-        let Some(frozen) = self.frozen(version, committed) else { return Ok(()) };
-        let envelope = envelope.clone();
+        let frozen = match self.inbox.freeze(version, iterate) {
+            Ok(Some(frozen)) => frozen,
+            Ok(None) => return Ok(()),
+            Err(error) => {
+                let envelope = envelope.clone();
+                self.pending = None;
+                return self.fail(&envelope, error.to_string(), error.retry());
+            }
+        };
+        let run_window = Window { t_s: envelope.t_s, dt_s: envelope.dt_s };
+        let window = window_of(&self.identity.node, run_window, iterate);
+        let envelope = Envelope { t_s: window.t_s, dt_s: window.dt_s, ..envelope.clone() };
         let wait_s = asked.elapsed().as_secs_f64();
         self.pending = None;
-        let window = Window { t_s: envelope.t_s, dt_s: envelope.dt_s };
         let begun = Instant::now();
         match self.participant.solve(version, window, &frozen) {
             Err(error) => self.fail(&envelope, error.to_string(), error.retry()),
@@ -391,21 +475,12 @@ impl Host {
         }
     }
 
-    /// The frozen fields of a trial, once all have arrived.
-    fn frozen(&self, version: Version, committed: Version) -> Option<Frozen> {
-        freeze(
-            &self.sources,
-            |source| self.mailbox.get(&source.field, committed),
-            |source| self.mailbox.get(&source.field, frozen_version(source, version, committed)),
-        )
-    }
-
     /// Publishes once more, whole, what a trial rests on and what this node answered: somebody lacks a field of this
     /// iteration or of the one before it, or the coordinator a reply.
-    fn answer_again(&mut self, asked: &Envelope, iterate: &Iterate) -> Result<(), HostError> {
+    fn answer_again(&mut self, asked: &Envelope) -> Result<(), HostError> {
         let version = asked.version.unwrap_or_default();
-        let fields = self.current.clone();
-        self.publish(&Envelope { version: iterate.committed, ..asked.clone() }, &fields, true)?;
+        let (committed, fields) = self.committed.clone();
+        self.publish(&Envelope { version: Some(committed), ..asked.clone() }, &fields, true)?;
         let same_attempt = |envelope: &Envelope| {
             envelope.version.is_some_and(|at| (at.step, at.attempt) == (version.step, version.attempt))
         };
@@ -447,8 +522,9 @@ impl Host {
     }
 
     fn take_leave(&mut self) -> Result<(), HostError> {
-        let fields = self.current.values().map(summary).collect();
-        let envelope = Envelope { version: Some(self.committed), ..Envelope::default() };
+        let (version, fields) = &self.committed;
+        let fields = fields.values().map(summary::of_field).collect();
+        let envelope = Envelope { version: Some(*version), ..Envelope::default() };
         self.tell(&envelope, report::Body::Farewell(Farewell { fields }))
     }
 
@@ -472,46 +548,4 @@ impl Host {
         *sequence += 1;
         envelope
     }
-}
-
-/// The version of a source that a node freezes at the window's end for the trial `version`.
-#[must_use]
-pub fn frozen_version(source: &Source, version: Version, committed: Version) -> Version {
-    match (source.same_iteration, version.iteration) {
-        (true, _) => version,
-        (false, 0 | 1) => committed,
-        (false, iteration) => Version { iteration: iteration - 1, ..version },
-    }
-}
-
-/// Smallest, mean and largest value of a field, summed in its order, and the hash of its bytes.
-#[must_use]
-pub fn summary(field: &Field) -> FieldSummary {
-    let mut summary = FieldSummary {
-        field: field.name().into(),
-        unit: field.port.unit.clone(),
-        rows: field.rows() as u64,
-        hash: field.hash(),
-        ..FieldSummary::default()
-    };
-    let mut put = |values: &mut dyn ExactSizeIterator<Item = f64>| {
-        let count = values.len() as f64;
-        let (mut low, mut high, mut sum) = (f64::INFINITY, f64::NEG_INFINITY, 0.0);
-        for value in values {
-            low = low.min(value);
-            high = high.max(value);
-            sum += value;
-        }
-        if count > 0.0 {
-            (summary.min, summary.mean, summary.max) = (low, sum / count, high);
-        }
-    };
-    if let Ok(values) = field.f64() {
-        put(&mut values.iter().copied());
-    } else if let Ok(values) = field.u32() {
-        put(&mut values.iter().map(|value| f64::from(*value)));
-    } else if let Ok(values) = field.u8() {
-        put(&mut values.iter().map(|value| f64::from(*value)));
-    }
-    summary
 }

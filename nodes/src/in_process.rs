@@ -77,6 +77,10 @@ impl Keeper for Threads {
         self.interrupted.load(Ordering::Relaxed)
     }
 
+    fn restart(&mut self, _node: &str) -> Result<(), String> {
+        Err("it is a thread of this process".into())
+    }
+
     fn ended_early(&mut self) -> Option<String> {
         let ended = |thread: &Option<HostThread>| thread.as_ref().is_some_and(JoinHandle::is_finished);
         self.threads.iter().find_map(|(name, (thread, _))| ended(thread).then(|| name.clone()))

@@ -47,10 +47,12 @@ pub struct Common {
 /// The processes of a run's nodes.
 pub struct Launcher {
     workers: BTreeMap<String, Worker>,
+    common: Common,
     interrupted: Arc<AtomicBool>,
 }
 
 struct Worker {
+    runs: Runs,
     child: Child,
     lines: Arc<Mutex<VecDeque<String>>>,
     reader: Option<JoinHandle<()>>,
@@ -63,31 +65,13 @@ impl Launcher {
     /// A process cannot be started.
     pub fn start(
         nodes: &BTreeMap<String, Runs>,
-        common: &Common,
+        common: Common,
         interrupted: Arc<AtomicBool>,
     ) -> std::io::Result<Self> {
-        let mut launcher = Self { workers: BTreeMap::new(), interrupted };
+        let mut launcher = Self { workers: BTreeMap::new(), common, interrupted };
         for (name, runs) in nodes {
-            let mut command = match runs {
-                Runs::Physics(kind) => built_in(name, kind, common)?,
-                Runs::Command(words) => plug_in(words),
-            };
-            command
-                .env("ZENOH_RUNTIME", ONE_THREAD)
-                .env("STAGGER_RUN", &common.run)
-                .env("STAGGER_NODE", name)
-                .env("STAGGER_CONNECT", &common.connect)
-                .env("STAGGER_SCENE", &common.scene)
-                .env("STAGGER_SCENE_HASH", common.scene_hash.to_string())
-                // Ctrl-C is for the coordinator, which lets the nodes finish their step.
-                .process_group(0)
-                .stdin(Stdio::piped())
-                .stdout(Stdio::null())
-                .stderr(Stdio::piped());
-            let child = command.spawn().map_err(|error| {
-                std::io::Error::new(error.kind(), format!("node `{name}`: cannot start {command:?}: {error}"))
-            })?;
-            launcher.workers.insert(name.clone(), Worker::new(name, child));
+            let worker = Worker::start(name, runs, &launcher.common)?;
+            launcher.workers.insert(name.clone(), worker);
         }
         Ok(launcher)
     }
@@ -121,7 +105,26 @@ impl Drop for Launcher {
 }
 
 impl Worker {
-    fn new(name: &str, mut child: Child) -> Self {
+    fn start(name: &str, runs: &Runs, common: &Common) -> std::io::Result<Self> {
+        let mut command = match runs {
+            Runs::Physics(kind) => built_in(name, kind, common)?,
+            Runs::Command(words) => plug_in(words),
+        };
+        command
+            .env("ZENOH_RUNTIME", ONE_THREAD)
+            .env("STAGGER_RUN", &common.run)
+            .env("STAGGER_NODE", name)
+            .env("STAGGER_CONNECT", &common.connect)
+            .env("STAGGER_SCENE", &common.scene)
+            .env("STAGGER_SCENE_HASH", common.scene_hash.to_string())
+            // Ctrl-C is for the coordinator, which lets the nodes finish their step.
+            .process_group(0)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped());
+        let mut child = command.spawn().map_err(|error| {
+            std::io::Error::new(error.kind(), format!("node `{name}`: cannot start {command:?}: {error}"))
+        })?;
         let lines = Arc::new(Mutex::new(VecDeque::new()));
         let reader = child.stderr.take().map(|pipe| {
             let (kept, name) = (Arc::clone(&lines), name.to_owned());
@@ -136,7 +139,7 @@ impl Worker {
                 }
             })
         });
-        Self { child, lines, reader }
+        Ok(Self { runs: runs.clone(), child, lines, reader })
     }
 
     fn ended(&mut self) -> bool {
@@ -186,5 +189,13 @@ impl Keeper for Launcher {
 
     fn ended_early(&mut self) -> Option<String> {
         self.workers.iter_mut().find_map(|(name, worker)| worker.ended().then(|| name.clone()))
+    }
+    fn restart(&mut self, node: &str) -> Result<(), String> {
+        let worker = self.workers.get_mut(node).ok_or("it was not started here")?;
+        // One that is stopped, or hangs, does not end by itself; one that has ended cannot be killed, which is as good.
+        let _ = worker.child.kill();
+        let _ = worker.child.wait();
+        *worker = Worker::start(node, &worker.runs.clone(), &self.common).map_err(|error| error.to_string())?;
+        Ok(())
     }
 }

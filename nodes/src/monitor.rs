@@ -10,7 +10,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use stagger_messages::{Decision, Done, Ready, Verdict};
 use stagger_solver::coupling::{Ledger, Observer, Outcome};
 
@@ -18,7 +18,7 @@ use stagger_solver::coupling::{Ledger, Observer, Outcome};
 const REFRESH: Duration = Duration::from_millis(200);
 
 /// What happened to the steps of a run.
-#[derive(Clone, Debug, Default, Serialize, PartialEq)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize, PartialEq)]
 pub struct Steps {
     /// Steps accepted.
     pub accepted: u64,
@@ -36,10 +36,16 @@ pub struct Steps {
     pub dt_max_s: f64,
     /// How often each field had the largest error over its tolerance in the first iteration of an attempt.
     pub limiting: BTreeMap<String, u64>,
+    /// How often each field set the size of the step after an accepted one: the most sensitive field.
+    pub sensitive: BTreeMap<String, u64>,
+    /// Mean contraction rate of the limiting field, over attempts of two iterations and more; 0 where there is none.
+    pub contraction: f64,
+    /// Attempts that rate is the mean of.
+    pub contractions: u64,
 }
 
 /// What a node did.
-#[derive(Clone, Debug, Default, Serialize, PartialEq)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize, PartialEq)]
 pub struct Work {
     /// Windows solved.
     pub solves: u64,
@@ -59,6 +65,14 @@ pub struct Work {
     pub figures: BTreeMap<String, f64>,
 }
 
+/// What a checkpoint keeps of a [`Monitor`].
+#[derive(Default, Serialize, Deserialize)]
+struct Totals {
+    steps: Steps,
+    nodes: BTreeMap<String, Work>,
+    ledger: Ledger,
+}
+
 /// Everything a run's summary is made of.
 pub struct Monitor {
     /// Steps.
@@ -71,6 +85,8 @@ pub struct Monitor {
     duration_s: f64,
     shown: Option<Instant>,
     interrupted: Arc<AtomicBool>,
+    /// When the nodes were ready last.
+    ready_at: Option<Instant>,
 }
 
 impl Monitor {
@@ -78,14 +94,34 @@ impl Monitor {
     #[must_use]
     pub fn new(duration_s: f64, interrupted: Arc<AtomicBool>) -> Self {
         Self {
-            steps: Steps { dt_min_s: f64::INFINITY, ..Steps::default() },
+            steps: Steps::default(),
             nodes: BTreeMap::new(),
             ledger: Ledger::default(),
             begun: Instant::now(),
             duration_s,
             shown: None,
             interrupted,
+            ready_at: None,
         }
+    }
+
+    /// When the nodes were ready last.
+    #[must_use]
+    pub fn ready_at(&self) -> Option<Instant> {
+        self.ready_at
+    }
+
+    /// Counts on from a checkpoint, or from nothing.
+    ///
+    /// # Errors
+    /// The bytes are not those of a checkpoint.
+    pub fn restore(&mut self, saved: Option<&[u8]>) -> Result<(), postcard::Error> {
+        let Totals { steps, nodes, ledger } = match saved {
+            Some(saved) => postcard::from_bytes(saved)?,
+            None => Totals::default(),
+        };
+        (self.steps, self.nodes, self.ledger) = (steps, nodes, ledger);
+        Ok(())
     }
 
     fn book(&mut self, node: &str, done: &Done, accepted: bool) {
@@ -137,15 +173,13 @@ impl Monitor {
         if self.shown.take().is_some() {
             let _ = std::io::stderr().write_all(b"\r\x1b[K");
         }
-        if self.steps.accepted == 0 {
-            self.steps.dt_min_s = 0.0;
-        }
         self.begun.elapsed().as_secs_f64()
     }
 }
 
 impl Observer for Monitor {
     fn started(&mut self, ready: &[(String, Ready)]) {
+        self.ready_at = Some(Instant::now());
         for (node, ready) in ready {
             self.nodes.entry(node.clone()).or_default();
             self.ledger.start(node, &ready.ledger);
@@ -168,14 +202,29 @@ impl Observer for Monitor {
             Verdict::Accept => {
                 steps.accepted += 1;
                 steps.time_s = decision.t_s;
-                steps.dt_min_s = steps.dt_min_s.min(decision.dt_s);
+                steps.dt_min_s = if steps.accepted == 1 { decision.dt_s } else { steps.dt_min_s.min(decision.dt_s) };
                 steps.dt_max_s = steps.dt_max_s.max(decision.dt_s);
                 steps.dt_mean_s = decision.t_s / steps.accepted as f64;
             }
             Verdict::Reject => steps.rejected += 1,
             Verdict::Iterate | Verdict::None => {}
         }
+        if decision.verdict() != Verdict::Iterate {
+            if !decision.sensitive.is_empty() {
+                *steps.sensitive.entry(decision.sensitive.clone()).or_default() += 1;
+            }
+            if decision.contraction > 0.0 && decision.contraction.is_finite() {
+                steps.contractions += 1;
+                steps.contraction += (decision.contraction - steps.contraction) / steps.contractions as f64;
+            }
+        }
         self.show(decision);
         !self.interrupted.load(Ordering::Relaxed)
+    }
+
+    fn save(&self) -> Vec<u8> {
+        let totals = Totals { steps: self.steps.clone(), nodes: self.nodes.clone(), ledger: self.ledger.clone() };
+        // Numbers and names into memory: nothing that could fail; and totals that are lost lose no result.
+        postcard::to_stdvec(&totals).unwrap_or_default()
     }
 }

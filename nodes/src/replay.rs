@@ -116,6 +116,7 @@ fn place(message: &Message) -> (Option<f64>, u64) {
         Body::Directive(directive) => directive.envelope.as_ref(),
         Body::Report(report) => report.envelope.as_ref(),
         Body::Manifest(_) => None,
+        Body::Checkpoint(checkpoint) => checkpoint.envelope.as_ref(),
     };
     let Some(envelope) = envelope else { return (None, 0) };
     let t_s = (envelope.dt_s > 0.0).then_some(envelope.t_s);

@@ -10,27 +10,28 @@ use std::{
     time::{Duration, SystemTime, UNIX_EPOCH},
 };
 
-use stagger_messages::{Manifest, keys};
+use stagger_messages::{Checkpoint, Manifest, keys};
 use stagger_recordings::{Exchange, Level, Recorder, RecorderOptions, RecordingError, RunInfo};
 use stagger_solver::{
-    coupling::{self, End, Ensemble as _, StepControl},
+    coupling::{End, Ensemble as _},
     scene::{self, Scene},
 };
 
 use crate::{
-    coordinator::{Keeper, Remote, RunError, ports},
+    coordinator::{Keeper, Remote, RunError},
     diagnostics,
     in_process::Threads,
     launcher::{Common, Launcher},
     link::{Arrival, Declared, Link, LinkError, Role},
     monitor::Monitor,
+    recovery::{self, Restart},
     roster::{RosterError, Runs, participant, roster},
     summary::{self, FinalField, Recorded, Summary},
     view,
 };
 
-/// How long nodes have to announce themselves.
-const PATIENCE: Duration = Duration::from_secs(30);
+/// How long nodes that somebody starts by hand have to announce themselves.
+const BY_HAND: Duration = Duration::from_secs(600);
 
 /// What is asked for beside the scene.
 #[derive(Clone, Debug, Default)]
@@ -53,6 +54,8 @@ pub struct Options {
     pub listen: Option<String>,
     /// Zenoh configuration file.
     pub config: Option<PathBuf>,
+    /// The checkpoint to go on from; `None` starts at t = 0.
+    pub resume: Option<Checkpoint>,
 }
 
 /// Why a run did not come to its end.
@@ -127,13 +130,17 @@ pub fn run(scene: &Scene, options: Options, interrupted: &Arc<AtomicBool>) -> Re
         diagnostics::note(&format!("run {run} waits on {} for {}", endpoint.name, join(&names)));
         Box::new(ByHand(Arc::clone(interrupted)))
     } else {
-        let launcher = Launcher::start(&nodes, &common, Arc::clone(interrupted));
+        let launcher = Launcher::start(&nodes, common, Arc::clone(interrupted));
         Box::new(launcher.map_err(io("cannot start the nodes"))?)
     };
-    let patience = if options.listen.is_some() { Duration::from_secs(600) } else { PATIENCE };
+    let by_hand = options.listen.is_some();
+    let patience = if by_hand { BY_HAND } else { Duration::from_secs_f64(scene.recovery.start_s) };
+    let hang = Duration::from_secs_f64(scene.recovery.hang_s);
     let mut monitor = Monitor::new(scene.duration_s, Arc::clone(interrupted));
-    let mut remote = Remote::new(link.clone(), &run, names, keeper.as_mut())?;
-    let ended = conduct(scene, &mut remote, &mut records, &mut monitor, patience);
+    let resume = options.resume.clone();
+    let mut remote = Remote::new(link.clone(), &run, names, hang, resume, keeper.as_mut())?;
+    let mut restarts = Vec::new();
+    let ended = conduct(scene, &mut remote, &mut records, &mut monitor, patience, &mut restarts);
     let wall_s = monitor.finish();
     if let Err(error) = &ended {
         // The nodes may be gone themselves; the error above is the one to tell.
@@ -163,6 +170,7 @@ pub fn run(scene: &Scene, options: Options, interrupted: &Arc<AtomicBool>) -> Re
         hash: summary::hash(&fields),
         fields: fields.iter().map(FinalField::from).collect(),
         missing,
+        restarts,
         recording: recording?,
     })
 }
@@ -173,13 +181,11 @@ fn conduct(
     records: &mut Records,
     monitor: &mut Monitor,
     patience: Duration,
+    restarts: &mut Vec<Restart>,
 ) -> Result<End, RunError> {
-    let manifests = remote.gather(scene.hash, patience)?;
+    let manifests = recovery::gather(scene, remote, patience, restarts)?;
     records.manifests(&manifests);
-    let ports = ports(&manifests);
-    let plan = coupling::plan(&ports, &scene.coupling)?;
-    let mut control = StepControl::new(&scene.coupling, &coupling::measured(&ports), scene.duration_s);
-    coupling::drive(remote, &plan, &mut control, monitor)
+    recovery::conduct(scene, remote, &manifests, monitor, patience, restarts)
 }
 
 fn join(names: &BTreeSet<String>) -> String {
@@ -200,6 +206,11 @@ impl Keeper for ByHand {
 
     fn ended_early(&mut self) -> Option<String> {
         None
+    }
+
+    fn restart(&mut self, node: &str) -> Result<(), String> {
+        diagnostics::note(&format!("waiting for `{node}` to be started again by hand"));
+        Ok(())
     }
 }
 
@@ -300,6 +311,7 @@ impl Records {
                 scene::Level::Accepted => Level::Accepted,
             },
             every: scene.record.every,
+            checkpoints: scene.recovery.checkpoint_steps > 0,
             ..RecorderOptions::default()
         };
         let mut records = Self { file: None, viewer: None, subscription: None, run: info.run.clone() };

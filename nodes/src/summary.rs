@@ -3,10 +3,13 @@
 use std::{collections::BTreeMap, fmt};
 
 use serde::Serialize;
-use stagger_messages::{FieldSummary, codec};
+use stagger_messages::{Field, FieldSummary, codec};
 use stagger_solver::coupling::Account;
 
-use crate::monitor::{Steps, Work};
+use crate::{
+    monitor::{Steps, Work},
+    recovery::Restart,
+};
 
 /// Version of the JSON.
 pub const FORMAT: &str = "stagger-summary/1";
@@ -40,6 +43,8 @@ pub struct Summary {
     pub imbalance: BTreeMap<String, f64>,
     /// Every field at the end.
     pub fields: Vec<FinalField>,
+    /// Nodes that died and were started again.
+    pub restarts: Vec<Restart>,
     /// Nodes that ended without saying what their fields held.
     pub missing: Vec<String>,
     /// Hash of all final fields: equal for equal bits.
@@ -94,6 +99,38 @@ impl From<&FieldSummary> for FinalField {
     }
 }
 
+/// Smallest, mean and largest value of a field, summed in its order, and the hash of its bytes.
+#[must_use]
+pub fn of_field(field: &Field) -> FieldSummary {
+    let mut summary = FieldSummary {
+        field: field.name().into(),
+        unit: field.port.unit.clone(),
+        rows: field.rows() as u64,
+        hash: field.hash(),
+        ..FieldSummary::default()
+    };
+    let mut put = |values: &mut dyn ExactSizeIterator<Item = f64>| {
+        let count = values.len() as f64;
+        let (mut low, mut high, mut sum) = (f64::INFINITY, f64::NEG_INFINITY, 0.0);
+        for value in values {
+            low = low.min(value);
+            high = high.max(value);
+            sum += value;
+        }
+        if count > 0.0 {
+            (summary.min, summary.mean, summary.max) = (low, sum / count, high);
+        }
+    };
+    if let Ok(values) = field.f64() {
+        put(&mut values.iter().copied());
+    } else if let Ok(values) = field.u32() {
+        put(&mut values.iter().map(|value| f64::from(*value)));
+    } else if let Ok(values) = field.u8() {
+        put(&mut values.iter().map(|value| f64::from(*value)));
+    }
+    summary
+}
+
 /// Hash over the names and hashes of all final fields, in the order of their names.
 #[must_use]
 pub fn hash(fields: &[FieldSummary]) -> String {
@@ -123,6 +160,20 @@ impl fmt::Display for Summary {
             "  step size     {:.3e} / {:.3e} / {:.3e} s (min / mean / max)",
             self.steps.dt_min_s, self.steps.dt_mean_s, self.steps.dt_max_s
         )?;
+        if self.steps.contractions > 0 {
+            writeln!(f, "  contraction   {:.3} from one iteration to the next (mean)", self.steps.contraction)?;
+        }
+        let sensitive = self.steps.sensitive.iter().map(|(field, times)| format!("{field} {times}"));
+        let sensitive = sensitive.collect::<Vec<_>>().join(", ");
+        if !sensitive.is_empty() {
+            writeln!(f, "  step size by  {sensitive} (times each field was the most sensitive)")?;
+        }
+        for Restart { node, at, from_step, steps_repeated, outage_s } in &self.restarts {
+            writeln!(
+                f,
+                "  restart       `{node}` in {at}: {outage_s:.2} s until ready from step {from_step}, {steps_repeated} steps once more"
+            )?;
+        }
         writeln!(f, "  exchanges     {}, {:.1} MB", self.exchanges, 1e-6 * self.bytes as f64)?;
         if self.refused > 0 {
             writeln!(f, "  refused       {} messages", self.refused)?;

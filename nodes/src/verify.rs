@@ -3,19 +3,17 @@
 use std::collections::BTreeMap;
 
 use stagger_messages::{
-    Decision, Directive, Envelope, Field, FieldSummary, Iterate, MessageError, Plan, Verdict, Version, codec::Received,
-    directive,
+    Checkpoint, Decision, Directive, Envelope, Field, FieldSummary, Iterate, MessageError, Plan, Snapshot, Verdict,
+    Version, codec::Received, directive,
 };
 use stagger_recordings::{Body, Recording, RecordingError};
 use stagger_solver::{
     SolveError,
-    coupling::{Participant, Window, freeze},
+    coupling::{Inbox, Participant, Window, resting, restore, window_of},
     scene::{Problems, Scene},
 };
 
 use crate::{
-    host,
-    mailbox::Mailbox,
     roster::{RosterError, Runs, participant, roster},
     summary,
 };
@@ -111,6 +109,7 @@ pub fn verify(recording: &Recording, node: Option<&str>, tolerance: f64) -> Resu
         match message?.body {
             Body::Field(received) => replay.receive(received),
             Body::Directive(directive) => replay.follow(directive)?,
+            Body::Checkpoint(checkpoint) => replay.from = replay.from.take().or(Some(checkpoint)),
             Body::Report(_) | Body::Manifest(_) => {}
         }
         if replay.result.difference.is_some() {
@@ -119,7 +118,7 @@ pub fn verify(recording: &Recording, node: Option<&str>, tolerance: f64) -> Resu
     }
     replay.result.complete = messages.complete();
     if replay.participants.len() == nodes.len() {
-        let fields: Vec<FieldSummary> = replay.fields.values().map(host::summary).collect();
+        let fields: Vec<FieldSummary> = replay.fields.values().map(summary::of_field).collect();
         replay.result.hash = Some(summary::hash(&fields));
     }
     Ok(replay.result)
@@ -128,28 +127,54 @@ pub fn verify(recording: &Recording, node: Option<&str>, tolerance: f64) -> Resu
 #[derive(Default)]
 struct Replay {
     participants: BTreeMap<String, Box<dyn Participant>>,
+    /// What each of them reads, as recorded.
+    inboxes: BTreeMap<String, Inbox>,
+    /// Everything recorded of the step under way.
+    recorded: Inbox,
     plan: Plan,
+    /// The first checkpoint in the file: where the run went on from one, that is it.
+    from: Option<Checkpoint>,
     started: bool,
-    mailbox: Mailbox,
     committed: Version,
     /// The trial asked for, not yet solved here: its fields are recorded after it.
     task: Option<(Envelope, Iterate)>,
-    /// The newest version each node was solved for.
+    /// The newest version each node was asked for, and solved for.
+    asked: BTreeMap<String, Version>,
     solved: BTreeMap<String, Version>,
-    /// Computed fields at the newest version.
-    newest: BTreeMap<String, Field>,
+    /// Computed fields at the newest version, by node and name.
+    newest: BTreeMap<(String, String), Field>,
     /// Computed fields at the committed version.
-    fields: BTreeMap<String, Field>,
+    fields: BTreeMap<(String, String), Field>,
     tolerance: f64,
     result: Verified,
 }
 
 impl Replay {
     fn receive(&mut self, received: Received) {
-        self.mailbox.store(received);
+        let (sender, version) = (received.envelope.sender, received.envelope.version.unwrap_or_default());
+        let field = match (received.field, received.same_as) {
+            (Some(field), _) => field,
+            (None, Some(same_as)) => match self.recorded.get(&sender, &received.name, same_as) {
+                Some(field) => field.clone(),
+                None => return,
+            },
+            (None, None) => return,
+        };
+        for inbox in self.inboxes.values_mut().filter(|inbox| inbox.reads(&sender, &received.name)) {
+            inbox.insert(&sender, version, field.clone());
+        }
+        self.recorded.insert(&sender, version, field);
     }
 
     fn follow(&mut self, directive: Directive) -> Result<(), VerifyError> {
+        if let Some(directive::Task::Plan(plan)) = directive.task {
+            // One that comes later follows a restart, after which the run went on as if there had been none.
+            if !self.started {
+                self.inboxes = plan.nodes.iter().map(|it| (it.node.clone(), Inbox::new(it.sources.clone()))).collect();
+                self.plan = plan;
+            }
+            return Ok(());
+        }
         // By the time of the next directive every exchange of the trial before it is recorded.
         if let Some((envelope, iterate)) = self.task.take() {
             self.solve(&envelope, &iterate)?;
@@ -157,14 +182,9 @@ impl Replay {
         if let Some(decision) = &directive.decision {
             self.conclude(decision)?;
         }
-        match directive.task {
-            Some(directive::Task::Plan(plan)) => self.plan = plan,
-            Some(directive::Task::Iterate(iterate)) => {
-                self.start()?;
-                self.task = directive.envelope.map(|envelope| (envelope, iterate));
-            }
-            Some(directive::Task::Stop(_)) => self.start()?,
-            None => {}
+        self.start()?;
+        if let Some(directive::Task::Iterate(iterate)) = directive.task {
+            self.task = directive.envelope.map(|envelope| (envelope, iterate));
         }
         Ok(())
     }
@@ -173,45 +193,54 @@ impl Replay {
         if std::mem::replace(&mut self.started, true) {
             return Ok(());
         }
+        let from = self.plan.from.unwrap_or(Version::INITIAL);
+        self.committed = from;
+        let checkpoint = self.from.take().filter(|_| from != Version::INITIAL).unwrap_or_default();
         for plan in &self.plan.nodes {
-            let Some(participant) = self.participants.get_mut(&plan.node) else { continue };
-            participant.set_sources(&plan.sources);
-            let (fields, _) = participant.initial()?;
-            for field in fields.into_values() {
-                let recorded = self.mailbox.get(field.name(), Version::INITIAL);
-                compare(&plan.node, Version::INITIAL, &field, recorded, self.tolerance, &mut self.result)?;
-                self.fields.insert(field.name().into(), field);
+            let Some(inbox) = self.inboxes.get_mut(&plan.node) else { continue };
+            if let Some(participant) = self.participants.get_mut(&plan.node) {
+                participant.set_sources(&plan.sources);
+                let sent = |node: &&Snapshot| node.envelope.as_ref().is_some_and(|it| it.sender == plan.node);
+                let (version, fields) = match checkpoint.nodes.iter().find(sent) {
+                    Some(snapshot) => restore(participant.as_mut(), inbox, snapshot.clone())?,
+                    None => (Version::INITIAL, participant.initial()?.0),
+                };
+                for field in fields.into_values() {
+                    let recorded = self.recorded.get(&plan.node, field.name(), version);
+                    compare(&plan.node, version, &field, recorded, self.tolerance, &mut self.result)?;
+                    self.newest.insert((plan.node.clone(), field.name().into()), field);
+                }
             }
+            inbox.begin();
         }
+        self.fields.clone_from(&self.newest);
         Ok(())
     }
 
     fn solve(&mut self, envelope: &Envelope, iterate: &Iterate) -> Result<(), VerifyError> {
         let version = envelope.version.unwrap_or_default();
-        let committed = iterate.committed.unwrap_or_default();
-        let window = Window { t_s: envelope.t_s, dt_s: envelope.dt_s };
-        for plan in &self.plan.nodes {
-            let Some(participant) = self.participants.get_mut(&plan.node) else { continue };
-            // A node that failed or never answered has no fields of this version.
-            let wrote = participant.ports().writes;
-            if !wrote.iter().all(|port| self.mailbox.get(&port.field, version).is_some()) {
+        let run_window = Window { t_s: envelope.t_s, dt_s: envelope.dt_s };
+        for (node, inbox) in &mut self.inboxes {
+            let Some(participant) = self.participants.get_mut(node) else { continue };
+            if resting(node, iterate).is_some() || self.solved.get(node) == Some(&version) {
                 continue;
             }
-            let frozen = freeze(
-                &plan.sources,
-                |source| self.mailbox.get(&source.field, committed),
-                |source| self.mailbox.get(&source.field, host::frozen_version(source, version, committed)),
-            );
-            let Some(frozen) = frozen else {
-                return Err(VerifyError::Thinned { node: plan.node.clone(), version });
+            self.asked.insert(node.clone(), version);
+            // A node that failed or never answered has no fields of this version.
+            let wrote = participant.ports().writes;
+            if !wrote.iter().all(|port| self.recorded.get(node, &port.field, version).is_some()) {
+                continue;
+            }
+            let Some(frozen) = inbox.freeze(version, iterate)? else {
+                return Err(VerifyError::Thinned { node: node.clone(), version });
             };
-            let answer = participant.solve(version, window, &frozen)?;
-            self.solved.insert(plan.node.clone(), version);
-            *self.result.trials.entry(plan.node.clone()).or_default() += 1;
+            let answer = participant.solve(version, window_of(node, run_window, iterate), &frozen)?;
+            self.solved.insert(node.clone(), version);
+            *self.result.trials.entry(node.clone()).or_default() += 1;
             for field in answer.fields.into_values() {
-                let recorded = self.mailbox.get(field.name(), version);
-                compare(&plan.node, version, &field, recorded, self.tolerance, &mut self.result)?;
-                self.newest.insert(field.name().into(), field);
+                let recorded = self.recorded.get(node, field.name(), version);
+                compare(node, version, &field, recorded, self.tolerance, &mut self.result)?;
+                self.newest.insert((node.clone(), field.name().into()), field);
             }
         }
         Ok(())
@@ -219,19 +248,31 @@ impl Replay {
 
     fn conclude(&mut self, decision: &Decision) -> Result<(), VerifyError> {
         let version = decision.version.unwrap_or_default();
+        if decision.verdict() == Verdict::Reject {
+            self.recorded.rejected(version);
+            self.inboxes.values_mut().for_each(|inbox| inbox.rejected(version));
+        }
         if decision.verdict() != Verdict::Accept || version <= self.committed {
             return Ok(());
         }
         for (node, participant) in &mut self.participants {
-            if self.solved.get(node) != Some(&version) {
+            if self.solved.get(node) == Some(&version) {
+                participant.commit(version)?;
+                let own = self.newest.iter().filter(|((writer, _), _)| writer == node);
+                self.fields.extend(own.map(|(key, field)| (key.clone(), field.clone())).collect::<Vec<_>>());
+            } else if self.asked.get(node) == Some(&version) {
                 return Err(VerifyError::Thinned { node: node.clone(), version });
             }
-            participant.commit(version)?;
         }
+        for (node, inbox) in &mut self.inboxes {
+            if self.solved.get(node) == Some(&version) {
+                inbox.commit();
+            }
+            inbox.accepted(version);
+        }
+        self.recorded.accepted(version);
         self.committed = version;
         self.result.steps += 1;
-        self.fields.clone_from(&self.newest);
-        self.mailbox.forget_before(version);
         Ok(())
     }
 }

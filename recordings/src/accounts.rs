@@ -33,7 +33,8 @@ impl Accounts {
         let Some(envelope) = &message.envelope else { return };
         let (node, version) = (envelope.sender.as_str(), envelope.version.unwrap_or_default());
         match &message.body {
-            Some(report::Body::Ready(ready)) => self.ledger.start(node, &ready.ledger),
+            // A node that goes on from a checkpoint says nothing of what it holds.
+            Some(report::Body::Ready(ready)) if version == Version::INITIAL => self.ledger.start(node, &ready.ledger),
             Some(report::Body::Done(done)) => {
                 let known = self.done.get(node).is_some_and(|(last, _)| *last == version);
                 // A physics that only reads is solved after the step is accepted.
@@ -42,7 +43,7 @@ impl Accounts {
                 }
                 self.done.insert(node.into(), (version, done.clone()));
             }
-            Some(report::Body::Failure(_) | report::Body::Farewell(_)) | None => {}
+            Some(_) | None => {}
         }
     }
 

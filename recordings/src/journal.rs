@@ -1,10 +1,12 @@
 use std::{
-    collections::{BTreeMap, BTreeSet},
+    collections::BTreeMap,
     io::{BufWriter, Write},
 };
 
 use bytes::Bytes;
-use stagger_messages::{Directive, Envelope, FieldMessage, MessageError, Report, Version, codec, report};
+use stagger_messages::{
+    Checkpoint, Directive, Envelope, FieldMessage, MessageError, Report, Version, codec, directive, report,
+};
 
 use crate::{
     ControlKind, Exchange, Level, Recorded, RecorderOptions, RecordingError, RunInfo,
@@ -21,7 +23,10 @@ pub(crate) struct Journal<W: Write> {
     container: ContainerWriter<BufWriter<W>>,
     thinning: Option<Thinning>,
     senders: BTreeMap<(String, u32), Numbering>,
-    seen: BTreeSet<(Version, u32, String)>,
+    /// What is in the file of each version, and the epoch it came in.
+    seen: BTreeMap<Version, BTreeMap<String, u32>>,
+    /// Whether what was seen is kept until the next checkpoint.
+    checkpoints: bool,
     log_ns: u64,
     recorded: Recorded,
 }
@@ -44,7 +49,8 @@ impl<W: Write> Journal<W> {
             container,
             thinning: thin.then(|| Thinning::new(options.every)),
             senders: BTreeMap::new(),
-            seen: BTreeSet::new(),
+            seen: BTreeMap::new(),
+            checkpoints: options.checkpoints,
             log_ns: 0,
             recorded: Recorded::default(),
         })
@@ -79,7 +85,7 @@ impl<W: Write> Journal<W> {
             let record = codec::field_record(attachment, kind, &payload);
             return self.write(&topic, "FieldMessage", envelope.t_s, publish_ns, &record);
         };
-        let piece = Piece { topic, epoch: envelope.epoch, version, header, payload, publish_ns };
+        let piece = Piece { topic, version, header, payload, publish_ns };
         match thinning.field(piece) {
             Some(piece) => self.piece(&piece),
             None => Ok(()),
@@ -95,6 +101,14 @@ impl<W: Write> Journal<W> {
     ) -> Result<(), RecordingError> {
         let (schema, envelope) = match kind {
             ControlKind::Manifest => ("Manifest", None),
+            ControlKind::Checkpoint => {
+                let Some(checkpoint) = self.decoded(codec::decode::<Checkpoint>("checkpoint", message)) else {
+                    return Ok(());
+                };
+                let version = checkpoint.envelope.as_ref().and_then(|envelope| envelope.version).unwrap_or_default();
+                self.seen = self.seen.split_off(&version);
+                ("Checkpoint", checkpoint.envelope)
+            }
             ControlKind::Report => {
                 let Some(report) = self.decoded(codec::decode::<Report>("report", message)) else { return Ok(()) };
                 // A failure is news even where a reply to the same trial came before.
@@ -114,6 +128,9 @@ impl<W: Write> Journal<W> {
                 let Some(directive) = decoded else { return Ok(()) };
                 if let Some(envelope) = &directive.envelope {
                     self.count(envelope);
+                    if self.asked_before(envelope, &directive, &topic) {
+                        return Ok(());
+                    }
                 }
                 let released = self.thinning.as_mut().map(|thinning| thinning.directive(&directive));
                 for piece in released.unwrap_or_default() {
@@ -160,14 +177,35 @@ impl<W: Write> Journal<W> {
         numbering.highest = numbering.highest.max(envelope.sequence);
     }
 
-    /// Whether this is the first message about its subject at that version: a reply sent again is recorded once.
+    /// Whether this is the first message about its subject at that version: a reply that is sent again, or solved again
+    /// after a restart, is recorded once.
     fn first(&mut self, envelope: &Envelope, version: Version, subject: &str) -> bool {
-        // A repetition comes within its step; what is older is forgotten, so that the set stays small.
+        self.seen_in(version, envelope.epoch, subject).is_none()
+    }
+
+    /// Whether a directive asks for a trial that was asked for before a restart: what follows from it is here already.
+    fn asked_before(&mut self, envelope: &Envelope, directive: &Directive, topic: &str) -> bool {
+        let (Some(directive::Task::Iterate(iterate)), Some(version)) = (&directive.task, envelope.version) else {
+            return false;
+        };
+        let resting = iterate.parts.iter().filter(|part| part.rests).map(|part| part.node.as_str());
+        let subject = format!("{topic} {}", resting.collect::<Vec<_>>().join(" "));
+        self.seen_in(version, envelope.epoch, &subject).is_some_and(|epoch| epoch < envelope.epoch)
+    }
+
+    /// The epoch in which a subject was recorded at a version; where it was not, that is now this one.
+    fn seen_in(&mut self, version: Version, epoch: u32, subject: &str) -> Option<u32> {
+        // A repetition comes within its step, or after the last checkpoint: what is older is forgotten.
         let oldest = Version { step: version.step.saturating_sub(1), attempt: 0, iteration: 0 };
-        if self.seen.first().is_some_and(|(seen, _, _)| *seen < oldest) {
-            self.seen = self.seen.split_off(&(oldest, 0, String::new()));
+        if !self.checkpoints && self.seen.first_key_value().is_some_and(|(seen, _)| *seen < oldest) {
+            self.seen = self.seen.split_off(&oldest);
         }
-        self.seen.insert((version, envelope.epoch, subject.into()))
+        let subjects = self.seen.entry(version).or_default();
+        let before = subjects.get(subject).copied();
+        if before.is_none() {
+            subjects.insert(subject.into(), epoch);
+        }
+        before
     }
 
     pub(crate) fn flush(&mut self) -> Result<(), RecordingError> {

@@ -37,13 +37,15 @@ pub struct RecorderOptions {
     /// Keeps the fields of each n-th accepted step, of the start and of the last step; above 1 the level is
     /// [`Level::Accepted`].
     pub every: u64,
+    /// Whether checkpoints will come: what was solved since the last one may be solved, and sent, once more.
+    pub checkpoints: bool,
     /// Bytes that may wait to be written before a sender is made to wait.
     pub queue_bytes: usize,
 }
 
 impl Default for RecorderOptions {
     fn default() -> Self {
-        Self { level: Level::All, every: 1, queue_bytes: 256 << 20 }
+        Self { level: Level::All, every: 1, checkpoints: false, queue_bytes: 256 << 20 }
     }
 }
 
@@ -56,6 +58,8 @@ pub enum ControlKind {
     Report,
     /// [`stagger_messages::Manifest`].
     Manifest,
+    /// [`stagger_messages::Checkpoint`].
+    Checkpoint,
 }
 
 /// One message as it went over the wire.
@@ -82,7 +86,7 @@ pub enum Exchange {
 }
 
 impl Exchange {
-    /// A message by its topic: `field/…`, `ctl/…`, `done/…` or `meta/…`. `None` for what is not recorded.
+    /// A message by its topic: `field/…`, `ctl/…`, `done/…`, `meta/…` or `checkpoint`. `None` for what is not recorded.
     #[must_use]
     pub fn from_parts(topic: &str, attachment: Bytes, payload: Bytes) -> Option<Self> {
         let kind = match topic.split('/').next() {
@@ -90,6 +94,7 @@ impl Exchange {
             Some("ctl") => ControlKind::Directive,
             Some("done") => ControlKind::Report,
             Some("meta") => ControlKind::Manifest,
+            Some("checkpoint") => ControlKind::Checkpoint,
             _ => return None,
         };
         Some(Self::Control { topic: topic.into(), message: payload, kind })

@@ -7,7 +7,7 @@ use std::{
 use bytes::Bytes;
 use prost::Message as _;
 use stagger_messages::{
-    Directive, Manifest, MessageError, Report,
+    Checkpoint, Directive, Manifest, MessageError, Report,
     codec::{self, Received},
 };
 
@@ -57,6 +57,8 @@ pub enum Body {
     Report(Report),
     /// What a node said about itself.
     Manifest(Manifest),
+    /// What a run can go on from.
+    Checkpoint(Checkpoint),
 }
 
 impl Message {
@@ -71,6 +73,7 @@ impl Message {
             Body::Directive(directive) => (Bytes::new(), directive.encode_to_vec().into()),
             Body::Report(report) => (Bytes::new(), report.encode_to_vec().into()),
             Body::Manifest(manifest) => (Bytes::new(), manifest.encode_to_vec().into()),
+            Body::Checkpoint(checkpoint) => (Bytes::new(), checkpoint.encode_to_vec().into()),
         }
     }
 }
@@ -101,6 +104,23 @@ impl Recording {
     pub fn messages(&self) -> Result<Messages<File>, RecordingError> {
         let events = ContainerReader::new(open(&self.path)?);
         Ok(Messages { info: self.info.clone(), events })
+    }
+
+    /// The last whole checkpoint, or the last one at or before a step. In a damaged file, that before the damage.
+    ///
+    /// # Errors
+    /// The file cannot be opened again.
+    pub fn checkpoint(&self, step: Option<u64>) -> Result<Option<Checkpoint>, RecordingError> {
+        let mut found = None;
+        for message in self.messages()?.map_while(Result::ok) {
+            if let Body::Checkpoint(checkpoint) = message.body {
+                let version = checkpoint.envelope.as_ref().and_then(|envelope| envelope.version).unwrap_or_default();
+                if step.is_none_or(|step| version.step <= step) {
+                    found = Some(checkpoint);
+                }
+            }
+        }
+        Ok(found)
     }
 
     pub(crate) fn events(&self) -> Result<ContainerReader<File>, RecordingError> {
@@ -181,6 +201,7 @@ pub(crate) fn body(schema: &str, data: &[u8]) -> Result<Option<Body>, MessageErr
         "stagger.v1.FieldMessage" => Body::Field(codec::decode_field_record(data)?),
         "stagger.v1.Directive" => Body::Directive(codec::decode("directive", data)?),
         "stagger.v1.Report" => Body::Report(codec::decode("report", data)?),
+        "stagger.v1.Checkpoint" => Body::Checkpoint(codec::decode("checkpoint", data)?),
         "stagger.v1.Manifest" => Body::Manifest(codec::decode("manifest", data)?),
         _ => return Ok(None),
     }))

@@ -47,7 +47,7 @@ impl Steps {
         match message.body {
             Body::Field(received) => self.field(received),
             Body::Report(report) => self.accounts.report(&report),
-            Body::Manifest(_) => {}
+            Body::Manifest(_) | Body::Checkpoint(_) => {}
             Body::Directive(directive) => {
                 let outcome = self.accounts.directive(&directive);
                 let mut step = None;

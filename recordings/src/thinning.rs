@@ -9,7 +9,6 @@ use crate::{History, accounts::asks};
 #[derive(Clone, Debug)]
 pub(crate) struct Piece {
     pub(crate) topic: String,
-    pub(crate) epoch: u32,
     pub(crate) version: Version,
     pub(crate) header: FieldMessage,
     pub(crate) payload: Bytes,
@@ -24,8 +23,8 @@ pub(crate) struct Piece {
 pub(crate) struct Thinning {
     every: u64,
     topics: BTreeMap<String, Topic>,
-    /// The epoch in which trials have begun; fields sent before are the values a run starts from.
-    begun: Option<u32>,
+    /// Whether trials have begun; fields sent before are the values the run starts from.
+    begun: bool,
     accepted: Option<Version>,
     accepted_kept: bool,
     /// Fields of the newest accepted step, where it is not an n-th one: the last step is always kept.
@@ -48,7 +47,7 @@ impl Thinning {
     /// Takes a field; returns it where it is to be written now.
     pub(crate) fn field(&mut self, mut piece: Piece) -> Option<Piece> {
         let version = piece.version;
-        let stale = self.accepted.is_some_and(|accepted| version < accepted) && self.begun == Some(piece.epoch);
+        let stale = self.accepted.is_some_and(|accepted| version < accepted) && self.begun;
         if stale {
             return None;
         }
@@ -65,7 +64,7 @@ impl Thinning {
                 origin
             }),
         };
-        let initial = version.step == 0 || self.begun != Some(piece.epoch);
+        let initial = version.step == 0 || !self.begun;
         let late = self.accepted == Some(version);
         if initial || (late && self.accepted_kept) {
             return Some(self.write(piece, origin));
@@ -90,7 +89,7 @@ impl Thinning {
             _ => Vec::new(),
         };
         if asks(message) {
-            self.begun = message.envelope.as_ref().map(|envelope| envelope.epoch);
+            self.begun = true;
         }
         if matches!(message.task, Some(directive::Task::Stop(_))) {
             written.extend(self.finish());

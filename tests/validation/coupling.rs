@@ -14,7 +14,7 @@ use stagger_messages::{Decision, Field, Fields, Measure, Port, Ports, Ready, Ver
 use stagger_solver::{
     SolveError,
     coupling::{
-        self, Frozen, InProcess, Local, Observer, Order, Outcome, Participant, Physics, Reply, Settings, StepControl,
+        self, Course, Frozen, InProcess, Local, Observer, Order, Outcome, Participant, Physics, Reply, Settings,
         StepSize, Window,
     },
 };
@@ -47,10 +47,10 @@ pub fn run(
     let mut ensemble = InProcess::new(members);
     let ports = ensemble.ports();
     let plan = coupling::plan(&ports, settings).unwrap();
-    let mut control = StepControl::new(settings, &coupling::measured(&ports), duration_s);
+    let mut course = Course::new(settings, &plan, &coupling::measured(&ports, &plan), duration_s);
     let mut log = Log::default();
-    coupling::drive(&mut ensemble, &plan, &mut control, &mut log).unwrap();
-    (ensemble.fields().clone(), log.0)
+    coupling::drive(&mut ensemble, &plan, &mut course, 0, &mut log).unwrap();
+    (ensemble.fields(), log.0)
 }
 
 /// w(t+Δt) = 1 + Δt · gain · (the other field at t+Δt).
@@ -119,21 +119,15 @@ fn lambda_names_the_step_that_converges_in_k_d_iterations() {
     // A linear map in one field contracts like Δt to the first power: p = 1, as the measure says.
     let wanted = 8;
     let settings = settings(1.0, 1e-8, wanted);
-    let ports = InProcess::new(linear(0.5)).ports();
-    let plan = coupling::plan(&ports, &settings).unwrap();
-    let mut ensemble = InProcess::new(linear(0.5));
-    let mut control = StepControl::new(&settings, &coupling::measured(&ports), 1.0);
-    let mut log = Log::default();
-    coupling::drive(&mut ensemble, &plan, &mut control, &mut log).unwrap();
-    assert_eq!(log.0[wanted as usize - 1].verdict(), Verdict::Reject, "a rate of 0.5 needs some 26 iterations");
-    let accepted: Vec<u32> = log
-        .0
+    let (_, decisions) = run(linear(0.5), &settings, 1.0);
+    assert_eq!(decisions[wanted as usize - 1].verdict(), Verdict::Reject, "a rate of 0.5 needs some 26 iterations");
+    let accepted: Vec<u32> = decisions
         .iter()
         .filter(|decision| decision.verdict() == Verdict::Accept)
         .map(|decision| decision.version.unwrap().iteration)
         .collect();
     // After one rejection the step fits: it takes K_d iterations, or one less.
-    let rejected = log.0.iter().filter(|decision| decision.verdict() == Verdict::Reject).count();
+    let rejected = decisions.iter().filter(|decision| decision.verdict() == Verdict::Reject).count();
     assert!(rejected <= 2, "{rejected} rejections");
     assert!((wanted - 1..=wanted).contains(&accepted[0]), "{accepted:?}");
 }

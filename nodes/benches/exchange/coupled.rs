@@ -15,9 +15,7 @@ use stagger_nodes::{
 };
 use stagger_solver::{
     SolveError,
-    coupling::{
-        self, Frozen, Local, Observer, Order, Outcome, Physics, Reply, Settings, StepControl, StepSize, Window,
-    },
+    coupling::{self, Course, Frozen, Local, Observer, Order, Outcome, Physics, Reply, Settings, StepSize, Window},
 };
 
 const RUN: &str = "bench";
@@ -85,6 +83,10 @@ impl Keeper for Bench {
         false
     }
 
+    fn restart(&mut self, _node: &str) -> Result<(), String> {
+        Err("a bench measures what does not die".into())
+    }
+
     fn ended_early(&mut self) -> Option<String> {
         None
     }
@@ -116,13 +118,14 @@ pub fn iterations(rows: usize, rounds: usize, order: Order) -> f64 {
     let settings = Settings { order, default_tolerance: 1e9, iterations: 5, reuse: 0.0, ..Settings::new(dt) };
     let names = BTreeSet::from(["a".to_owned(), "b".to_owned()]);
     let mut keeper = Bench;
-    let mut remote = Remote::new(link.clone(), RUN, names, &mut keeper).expect("the link is open");
+    let mut remote =
+        Remote::new(link.clone(), RUN, names, Duration::from_secs(60), None, &mut keeper).expect("the link is open");
     let manifests = remote.gather(0, Duration::from_secs(20)).expect("both nodes come");
     let ports = ports(&manifests);
     let plan = coupling::plan(&ports, &settings).expect("the two fit");
-    let mut control = StepControl::new(&settings, &coupling::measured(&ports), total as f64);
+    let mut course = Course::new(&settings, &plan, &coupling::measured(&ports, &plan), total as f64);
     let mut stopwatch = Stopwatch(Instant::now(), Vec::new());
-    coupling::drive(&mut remote, &plan, &mut control, &mut stopwatch).expect("nothing can fail");
+    coupling::drive(&mut remote, &plan, &mut course, 0, &mut stopwatch).expect("nothing can fail");
     for child in &mut children {
         drop(child.stdin.take());
         let _ = child.wait();

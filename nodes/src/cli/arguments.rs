@@ -115,6 +115,9 @@ pub(super) struct RunArguments {
     /// Run a node by a command of your own
     #[arg(long = "node", value_name = "NODE=COMMAND", value_parser = key_value)]
     pub(super) nodes: Vec<(String, String)>,
+    /// Go on from the last checkpoint of a recording of this scene, or from its last one at or before a step
+    #[arg(long, value_name = "FILE[@STEP]")]
+    pub(super) resume: Option<String>,
     /// Show the run in Rerun while it goes on
     #[arg(long)]
     pub(super) view: bool,

@@ -25,6 +25,7 @@ use crate::{
     link::{Link, Role},
     node,
     replay::{self, Pace},
+    resume,
     run::{self, Failed, Options},
     verify, view,
 };
@@ -50,7 +51,7 @@ pub fn main(arguments: Arguments) -> ExitCode {
         Command::Node(arguments) => run_node(arguments),
         Command::Coordinator { scene, listen, output, config } => {
             let options = Options { listen: Some(listen), config, ..Options::default() };
-            coordinate(&scene, &output, options)
+            coordinate(&scene, &output, None, options)
         }
         Command::Replay(arguments) => replay_file(arguments),
         Command::Verify { file, node, tolerance, json } => verify_file(&file, node.as_deref(), tolerance, json),
@@ -141,10 +142,10 @@ fn run_scene(arguments: RunArguments) -> End {
         view,
         ..Options::default()
     };
-    coordinate(&arguments.scene, &arguments.output, options)
+    coordinate(&arguments.scene, &arguments.output, arguments.resume.as_deref(), options)
 }
 
-fn coordinate(arguments: &SceneArguments, output: &OutputArguments, options: Options) -> End {
+fn coordinate(arguments: &SceneArguments, output: &OutputArguments, resume: Option<&str>, options: Options) -> End {
     let scene = match read_scene(&arguments.scene, &arguments.overrides) {
         Ok(scene) => scene,
         Err(end) => return end,
@@ -155,13 +156,22 @@ fn coordinate(arguments: &SceneArguments, output: &OutputArguments, options: Opt
     {
         return End::Code(USAGE, format!("the scene cannot run: {error}"));
     }
-    let default =
-        || PathBuf::from(format!("{}.mcap", arguments.scene.file_stem().unwrap_or_default().to_string_lossy()));
+    let resume = match resume.map(|resume| resume::resume(resume, &scene)).transpose() {
+        Ok(resume) => resume,
+        Err(error) => return End::Code(USAGE, error.to_string()),
+    };
+    let stem = arguments.scene.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    // Beside the recording it goes on from, not over it.
+    let default = || match &resume {
+        None => PathBuf::from(format!("{stem}.mcap")),
+        Some((_, step)) => PathBuf::from(format!("{stem}-from-{step}.mcap")),
+    };
     let record = if output.no_record { None } else { Some(output.record.clone().unwrap_or_else(default)) };
     let options = Options {
         scene: arguments.scene.clone(),
         overrides: arguments.overrides.clone(),
         record: record.clone(),
+        resume: resume.map(|(checkpoint, _)| checkpoint),
         ..options
     };
     let summary = match run::run(&scene, options, &interrupt()) {

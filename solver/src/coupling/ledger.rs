@@ -1,6 +1,6 @@
 use std::collections::BTreeMap;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use stagger_messages::{
     Energy,
     energy::Kind::{self, Gained, Lost, Stored},
@@ -11,13 +11,13 @@ use stagger_messages::{
 /// A node's stored energy changes by what it gains less what it loses; what is left over is its imbalance. An amount
 /// that one node loses and another gains under the same name crosses between them; the difference of the two sums is
 /// that exchange's imbalance.
-#[derive(Clone, Debug, Default, Serialize, PartialEq)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize, PartialEq)]
 pub struct Ledger {
     nodes: BTreeMap<String, Account>,
 }
 
 /// One node's part of the ledger, in J.
-#[derive(Clone, Debug, Default, Serialize, PartialEq)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize, PartialEq)]
 pub struct Account {
     /// Held at t = 0, by name.
     pub initial: BTreeMap<String, f64>,

@@ -1,8 +1,8 @@
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use stagger_messages::{Measure, NodePlan, Plan, Port, Ports, Source};
 
-use super::{Order, Settings};
+use super::{Acceleration, Order, Settings, readers};
 
 /// Order in which the physics of stagger solve where the scene names none: what moves, then what heats, then what
 /// only follows.
@@ -13,51 +13,128 @@ const DEFAULT_SEQUENCE: [&str; 5] = ["particles", "optics", "current", "thermal"
 #[error("the nodes do not fit together:\n{}", .0.iter().map(|line| format!("  {line}")).collect::<Vec<_>>().join("\n"))]
 pub struct PlanError(pub Vec<String>);
 
-/// Who reads from whom: each port read must have exactly one writer of the same unit, shape and support.
+/// The fields whose change decides about convergence, by node and name, and how it is measured.
+pub type Measured = BTreeMap<(String, String), Measure>;
+
+/// Who reads from whom: each port read must have exactly one writer of the same unit, shape and support, or, where it
+/// adds up, at least one.
 ///
 /// # Errors
 /// Every missing, doubled or mismatched writer, and every name in the sequence that is no node.
 pub fn plan(nodes: &BTreeMap<String, Ports>, settings: &Settings) -> Result<Plan, PlanError> {
     let mut problems = Vec::new();
     let order = order(nodes, settings, &mut problems);
-    let writers = writers(nodes, &mut problems);
+    problems.extend(settings.every.keys().filter(|node| !nodes.contains_key(*node)).map(|node| {
+        format!(
+            "coupling.every names `{node}`, but the nodes are {}",
+            nodes.keys().cloned().collect::<Vec<_>>().join(", ")
+        )
+    }));
+    let writers = writers(nodes);
     let position = |node: &str| order.iter().position(|name| name == node);
     let mut plans = Vec::new();
+    let mut doubled = BTreeSet::new();
     for node in &order {
         let mut sources = Vec::new();
         for read in &nodes[node].reads {
-            let Some((writer, written)) = writers.get(read.field.as_str()) else {
-                problems.push(no_writer(node, read, nodes));
-                continue;
-            };
-            if *writer == node {
-                problems.push(format!("`{node}` reads `{}`, which it writes itself", read.field));
-            } else if let Some(difference) = mismatch(read, written) {
-                problems.push(format!("`{node}` reads `{}` {difference} `{writer}` writes it", read.field));
+            let others = writers.get(read.field.as_str()).map(Vec::as_slice).unwrap_or_default();
+            match others {
+                [] => problems.push(no_writer(node, read, nodes)),
+                [(first, _), (second, _), ..] if !read.adds_up && doubled.insert(&read.field) => problems.push(format!(
+                    "field `{}` is written by both `{first}` and `{second}`, and `{node}` reads one: remove one of them",
+                    read.field
+                )),
+                _ => {}
             }
-            let earlier = settings.order == Order::GaussSeidel && position(writer) < position(node);
-            let measure = written.measure();
-            let tolerance = if measure == Measure::None { 0.0 } else { settings.tolerance_of(&read.field) };
-            sources.push(Source {
-                field: read.field.clone(),
-                writer: (*writer).into(),
-                same_iteration: earlier,
-                interpolate: settings.interpolate,
-                measure: measure.into(),
-                reuse_below: settings.reuse * tolerance,
-                accelerated: false,
-            });
+            for (writer, written) in others {
+                if *writer == node {
+                    problems.push(format!("`{node}` reads `{}`, which it writes itself", read.field));
+                } else if let Some(difference) = mismatch(read, written) {
+                    problems.push(format!("`{node}` reads `{}` {difference} `{writer}` writes it", read.field));
+                }
+                let measure = written.measure();
+                let tolerance = if measure == Measure::None { 0.0 } else { settings.tolerance_of(&read.field) };
+                sources.push(Source {
+                    field: read.field.clone(),
+                    writer: (*writer).into(),
+                    same_iteration: settings.order == Order::GaussSeidel && position(writer) < position(node),
+                    interpolate: settings.interpolate,
+                    measure: measure.into(),
+                    reuse_below: settings.reuse * tolerance,
+                    accelerated: false,
+                });
+            }
         }
         plans.push(NodePlan { node: node.clone(), sources });
     }
-    if problems.is_empty() { Ok(Plan { order, nodes: plans, from: None }) } else { Err(PlanError(problems)) }
+    let mut plan = Plan { order, nodes: plans, from: None };
+    for field in systems(&plan, settings).iter().flat_map(|system| &system.fields) {
+        let sources = plan.nodes.iter_mut().flat_map(|node| &mut node.sources);
+        sources.filter(|source| source.field == field.field).for_each(|source| source.accelerated = true);
+    }
+    if problems.is_empty() { Ok(plan) } else { Err(PlanError(problems)) }
 }
 
-/// The measured fields of all nodes: those that decide convergence.
+/// The measured fields of all nodes that others read or that read nobody: those that decide convergence. What a node
+/// that only reads computes changes nothing for the others.
 #[must_use]
-pub fn measured(nodes: &BTreeMap<String, Ports>) -> BTreeMap<String, Measure> {
-    let writes = nodes.values().flat_map(|ports| &ports.writes);
-    writes.filter(|port| port.measure() != Measure::None).map(|port| (port.field.clone(), port.measure())).collect()
+pub fn measured(nodes: &BTreeMap<String, Ports>, plan: &Plan) -> Measured {
+    let readers = readers(plan);
+    let iterated = nodes.iter().filter(|(node, _)| !readers.contains(*node));
+    let writes = iterated.flat_map(|(node, ports)| ports.writes.iter().map(move |port| (node, port)));
+    writes
+        .filter(|(_, port)| port.measure() != Measure::None)
+        .map(|(node, port)| ((node.clone(), port.field.clone()), port.measure()))
+        .collect()
+}
+
+/// Fields that are accelerated together.
+#[derive(Clone, Debug, PartialEq)]
+pub struct System {
+    /// How.
+    pub method: Acceleration,
+    /// The fields and their writers.
+    pub fields: Vec<Source>,
+}
+
+/// What is accelerated: measured fields of a single writer that are read from the iteration before by a node on which
+/// their own writer depends. Those for which the scene names no method of their own form one system.
+#[must_use]
+pub fn systems(plan: &Plan, settings: &Settings) -> Vec<System> {
+    let mut together = System { method: settings.acceleration, fields: Vec::new() };
+    let mut systems = Vec::new();
+    let mut seen = BTreeSet::new();
+    for node in &plan.nodes {
+        for source in node.sources.iter().filter(|source| !source.same_iteration) {
+            let writers = node.sources.iter().filter(|other| other.field == source.field).count();
+            let fed_back = source.measure() != Measure::None && depends(plan, &source.writer, &node.node);
+            if writers > 1 || !fed_back || !seen.insert(&source.field) {
+                continue;
+            }
+            match settings.fields.get(&source.field).and_then(|field| field.acceleration) {
+                Some(method) => systems.push(System { method, fields: vec![source.clone()] }),
+                None => together.fields.push(source.clone()),
+            }
+        }
+    }
+    systems.push(together);
+    systems.retain(|system| system.method != Acceleration::None && !system.fields.is_empty());
+    systems
+}
+
+/// Whether what `node` computes depends, over any number of others, on what `on` computes.
+fn depends(plan: &Plan, node: &str, on: &str) -> bool {
+    let mut reached = BTreeSet::from([node]);
+    let mut open = vec![node];
+    while let Some(next) = open.pop() {
+        let sources = plan.nodes.iter().filter(|plan| plan.node == next).flat_map(|plan| &plan.sources);
+        for source in sources {
+            if reached.insert(&source.writer) {
+                open.push(&source.writer);
+            }
+        }
+    }
+    reached.contains(on)
 }
 
 fn order(nodes: &BTreeMap<String, Ports>, settings: &Settings, problems: &mut Vec<String>) -> Vec<String> {
@@ -79,19 +156,12 @@ fn order(nodes: &BTreeMap<String, Ports>, settings: &Settings, problems: &mut Ve
     order
 }
 
-fn writers<'a>(
-    nodes: &'a BTreeMap<String, Ports>,
-    problems: &mut Vec<String>,
-) -> BTreeMap<&'a str, (&'a String, &'a Port)> {
-    let mut writers: BTreeMap<&str, (&String, &Port)> = BTreeMap::new();
+/// The writers of each field, by name.
+fn writers(nodes: &BTreeMap<String, Ports>) -> BTreeMap<&str, Vec<(&String, &Port)>> {
+    let mut writers: BTreeMap<&str, Vec<(&String, &Port)>> = BTreeMap::new();
     for (node, ports) in nodes {
         for port in &ports.writes {
-            if let Some((first, _)) = writers.insert(&port.field, (node, port)) {
-                problems.push(format!(
-                    "field `{}` is written by both `{first}` and `{node}`: remove one of them",
-                    port.field
-                ));
-            }
+            writers.entry(&port.field).or_default().push((node, port));
         }
     }
     writers
@@ -111,7 +181,8 @@ fn no_writer(node: &str, read: &Port, nodes: &BTreeMap<String, Ports>) -> String
 fn mismatch(read: &Port, written: &Port) -> Option<String> {
     let shape =
         |port: &Port| format!("as {} x {:?} in {} on {}", port.components, port.kind(), port.unit, port.support);
-    (read != &written.as_read()).then(|| format!("{}, but {} is how", shape(read), shape(written)))
+    (Port { adds_up: false, ..read.clone() } != written.as_read())
+        .then(|| format!("{}, but {} is how", shape(read), shape(written)))
 }
 
 #[cfg(test)]

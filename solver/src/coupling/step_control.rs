@@ -1,8 +1,9 @@
 use std::collections::BTreeMap;
 
+use serde::{Deserialize, Serialize};
 use stagger_messages::{Decision, Done, Failure, FieldError, Measure, Verdict, Version};
 
-use super::{Settings, Window, order, relative};
+use super::{Measured, Settings, Window, order, relative};
 
 /// What one node answered to one iteration.
 #[derive(Clone, Debug)]
@@ -43,64 +44,99 @@ pub enum ControlError {
 #[derive(Clone, Debug)]
 pub struct StepControl {
     settings: Settings,
-    /// Measured fields, with their tolerance.
-    fields: BTreeMap<String, (Measure, f64)>,
+    /// Measured fields by node and name.
+    fields: BTreeMap<(String, String), Tolerances>,
     duration_s: f64,
+    progress: Progress,
+}
+
+/// When a field has converged.
+#[derive(Clone, Copy, Debug)]
+struct Tolerances {
+    measure: Measure,
+    relative: f64,
+    absolute: Option<f64>,
+}
+
+/// How far the step control has come: what a checkpoint keeps of it.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Progress {
     t_s: f64,
     /// Size of the next window before it is cut to end with the run.
     dt_s: f64,
     version: Version,
     committed: Version,
     /// ε⁰ of each field: its change in the first iteration of this attempt.
-    first_errors: BTreeMap<String, f64>,
+    first_errors: BTreeMap<(String, String), f64>,
 }
 
 impl StepControl {
     /// Starts at t = 0. `measured` are the fields that decide convergence; a run ends at `duration_s`.
     #[must_use]
-    pub fn new(settings: &Settings, measured: &BTreeMap<String, Measure>, duration_s: f64) -> Self {
+    pub fn new(settings: &Settings, measured: &Measured, duration_s: f64) -> Self {
         let fields = measured
             .iter()
             .filter(|(_, measure)| **measure != Measure::None)
-            .map(|(field, measure)| (field.clone(), (*measure, settings.tolerance_of(field))))
+            .map(|(key, measure)| {
+                let field = &key.1;
+                let absolute = settings.fields.get(field).and_then(|field| field.absolute);
+                (key.clone(), Tolerances { measure: *measure, relative: settings.tolerance_of(field), absolute })
+            })
             .collect();
-        Self {
-            settings: settings.clone(),
-            fields,
-            duration_s,
+        let progress = Progress {
             t_s: 0.0,
             dt_s: settings.dt.start_s.min(settings.dt.limit_s),
             version: Version::first(1),
             committed: Version::INITIAL,
             first_errors: BTreeMap::new(),
-        }
+        };
+        Self { settings: settings.clone(), fields, duration_s, progress }
+    }
+
+    /// How far it has come, for a checkpoint.
+    #[must_use]
+    pub fn progress(&self) -> &Progress {
+        &self.progress
+    }
+
+    /// Goes on from a checkpoint.
+    pub fn restore(&mut self, progress: Progress) {
+        self.progress = progress;
     }
 
     /// The window to solve now; the last one ends with the run.
     #[must_use]
     pub fn window(&self) -> Window {
-        let left = self.duration_s - self.t_s;
+        let Progress { t_s, dt_s, .. } = self.progress;
+        let left = self.duration_s - t_s;
         // A remainder of rounding, which a million additions make 1e-7 of a window, would be a window of no meaning.
-        let dt_s = if left <= self.dt_s * (1.0 + 1e-6) { left } else { self.dt_s };
-        Window { t_s: self.t_s, dt_s }
+        let dt_s = if left <= dt_s * (1.0 + 1e-6) { left } else { dt_s };
+        Window { t_s, dt_s }
     }
 
     /// The version to solve now.
     #[must_use]
     pub fn version(&self) -> Version {
-        self.version
+        self.progress.version
     }
 
     /// The version committed last.
     #[must_use]
     pub fn committed(&self) -> Version {
-        self.committed
+        self.progress.committed
+    }
+
+    /// Whether the window to solve now ends the run.
+    #[must_use]
+    pub fn is_last(&self) -> bool {
+        let Window { t_s, dt_s } = self.window();
+        t_s + dt_s >= self.duration_s
     }
 
     /// Whether the run has reached its end.
     #[must_use]
     pub fn finished(&self) -> bool {
-        self.t_s >= self.duration_s
+        self.progress.t_s >= self.duration_s
     }
 
     /// Decides about one iteration of all nodes and moves on to what follows from it.
@@ -110,7 +146,7 @@ impl StepControl {
     pub fn judge(&mut self, outcomes: &[Outcome]) -> Result<Decision, ControlError> {
         let window = self.window();
         let mut decision = Decision {
-            version: Some(self.version),
+            version: Some(self.progress.version),
             t_s: window.t_s,
             dt_s: window.dt_s,
             next_dt_s: window.dt_s,
@@ -123,7 +159,7 @@ impl StepControl {
         }
         self.measure(outcomes, &mut decision);
         let converged = decision.violation <= 1.0;
-        let last = self.version.iteration >= self.settings.iterations;
+        let last = self.progress.version.iteration >= self.settings.iterations;
         if !decision.violation.is_finite() && (last || decision.violation.is_nan()) {
             decision.reason =
                 format!("the change of `{}` is not finite{}", decision.limiting, least(outcomes, &decision));
@@ -132,12 +168,13 @@ impl StepControl {
             self.accept(&mut decision, window);
         } else if last {
             let (field, worst) = (&decision.limiting, least(outcomes, &decision));
-            decision.reason = format!("`{field}` did not converge in {} iterations{worst}", self.version.iteration);
+            decision.reason =
+                format!("`{field}` did not converge in {} iterations{worst}", self.progress.version.iteration);
             let factor = decision.factor;
             self.reject(&mut decision, factor)?;
         } else {
             decision.verdict = Verdict::Iterate.into();
-            self.version = self.version.next_iteration();
+            self.progress.version = self.progress.version.next_iteration();
         }
         Ok(decision)
     }
@@ -158,46 +195,62 @@ impl StepControl {
                 hindrance = Some((what, factor));
             }
         }
-        if hindrance.is_none() {
-            let told = |field: &str| {
-                let done = outcomes.iter().filter_map(|outcome| outcome.result.as_ref().ok());
-                done.flat_map(|done| &done.changes).any(|sums| sums.field == field)
-            };
-            if let Some(field) = self.fields.keys().find(|field| !told(field)) {
-                let node = outcomes.iter().map(|outcome| outcome.node.as_str()).collect::<Vec<_>>().join(", ");
-                let message = format!("no reply tells how far the measured field `{field}` moved");
-                return Err(ControlError::Node { node, message });
+        for Outcome { node, result } in outcomes.iter().filter(|_| hindrance.is_none()) {
+            let Ok(done) = result else { continue };
+            let untold = |field: &&String| !done.changes.iter().any(|sums| sums.field == **field);
+            let mut own = self.fields.keys().filter(|(writer, _)| writer == node).map(|(_, field)| field);
+            if let Some(field) = own.find(untold) {
+                let message = format!("its reply does not tell how far the measured field `{field}` moved");
+                return Err(ControlError::Node { node: node.clone(), message });
             }
         }
         Ok(hindrance)
     }
 
-    /// Errors, violation Z and factor Λ of this iteration.
+    /// Errors, violation Z, factor Λ and contraction rate of this iteration.
     fn measure(&mut self, outcomes: &[Outcome], decision: &mut Decision) {
         decision.factor = f64::INFINITY;
-        decision.limiting = self.fields.keys().next().cloned().unwrap_or_default();
-        for sums in outcomes.iter().filter_map(|o| o.result.as_ref().ok()).flat_map(|done| &done.changes) {
-            let Some(&(measure, tolerance)) = self.fields.get(&sums.field) else { continue };
+        decision.limiting = self.fields.keys().next().map(|(_, field)| field.clone()).unwrap_or_default();
+        let answers = outcomes.iter().filter_map(|outcome| Some((&outcome.node, outcome.result.as_ref().ok()?)));
+        for (node, sums) in answers.flat_map(|(node, done)| done.changes.iter().map(move |sums| (node, sums))) {
+            let key = (node.clone(), sums.field.clone());
+            let Some(&Tolerances { measure, relative: tolerance, absolute }) = self.fields.get(&key) else { continue };
             let error = relative(sums, measure);
-            let first = *self.first_errors.entry(sums.field.clone()).or_insert(error);
-            let violation = error / tolerance;
+            let first = *self.progress.first_errors.entry(key).or_insert(error);
+            let mean = if sums.rows > 0 { sums.change / sums.rows as f64 } else { 0.0 };
+            // Either tolerance suffices: the ratio that is smaller decides.
+            let violation = absolute.map_or(error / tolerance, |absolute| (error / tolerance).min(mean / absolute));
             if violation > decision.violation || violation.is_nan() {
-                decision.violation = violation;
+                (decision.violation, decision.contraction) = (violation, self.contraction(first, error));
                 decision.limiting.clone_from(&sums.field);
             }
-            // A field whose change vanished says nothing about the rate: it does not limit the step.
-            if error > 0.0 && first > 0.0 {
-                let factor = self.factor(first, error, tolerance, order(measure));
-                decision.factor = decision.factor.min(factor);
+            // A field that has converged by its absolute tolerance counts as having just met the relative one; one
+            // whose change vanished says nothing about the rate and does not limit the step.
+            let error_met = if violation <= 1.0 { error.min(tolerance) } else { error };
+            if error_met > 0.0 && first > 0.0 {
+                let factor = self.factor(first, error_met, tolerance, order(measure));
+                if factor < decision.factor {
+                    decision.factor = factor;
+                    decision.sensitive.clone_from(&sums.field);
+                }
             }
-            decision.errors.push(FieldError { field: sums.field.clone(), error, tolerance, ..FieldError::default() });
+            let field = sums.field.clone();
+            let absolute_tolerance = absolute.unwrap_or(0.0);
+            decision.errors.push(FieldError { field, error, tolerance, absolute: mean, absolute_tolerance });
         }
+    }
+
+    /// Mean factor from one error of this attempt to the next, (ε^K/ε⁰)^{1/(K−1)}; 0 where it is not known.
+    fn contraction(&self, first: f64, error: f64) -> f64 {
+        let intervals = self.progress.version.iteration.saturating_sub(1);
+        let known = intervals > 0 && first > 0.0 && first.is_finite() && error.is_finite();
+        if known { (error / first).powf(1.0 / f64::from(intervals)) } else { 0.0 }
     }
 
     /// Λ_K = (TOL/ε⁰)^{1/(p K_d)} / (ε^K/ε⁰)^{1/(p K)} (Zohdi 2018, eqs. 6.31, 6.50).
     fn factor(&self, first: f64, error: f64, tolerance: f64, order: f64) -> f64 {
         let wanted = f64::from(self.settings.iterations);
-        let done = f64::from(self.version.iteration);
+        let done = f64::from(self.progress.version.iteration);
         (tolerance / first).powf(1.0 / (order * wanted)) / (error / first).powf(1.0 / (order * done))
     }
 
@@ -205,13 +258,13 @@ impl StepControl {
         let growth = decision.factor.min(self.settings.dt.growth);
         decision.verdict = Verdict::Accept.into();
         let last = window.t_s + window.dt_s >= self.duration_s;
-        self.t_s = if last { self.duration_s } else { window.t_s + window.dt_s };
+        self.progress.t_s = if last { self.duration_s } else { window.t_s + window.dt_s };
         // Δt_min bounds a window that struggles, not the growth of one that does not.
-        self.dt_s = (growth * window.dt_s).clamp(self.settings.dt.minimum_s, self.settings.dt.limit_s);
-        self.committed = self.version;
-        self.version = Version::first(self.version.step + 1);
-        self.first_errors.clear();
-        decision.t_s = self.t_s;
+        self.progress.dt_s = (growth * window.dt_s).clamp(self.settings.dt.minimum_s, self.settings.dt.limit_s);
+        self.progress.committed = self.progress.version;
+        self.progress.version = Version::first(self.progress.version.step + 1);
+        self.progress.first_errors.clear();
+        decision.t_s = self.progress.t_s;
         self.conclude(decision);
     }
 
@@ -221,16 +274,16 @@ impl StepControl {
         let dt_s = factor * decision.dt_s;
         if dt_s < self.settings.dt.minimum_s {
             return Err(ControlError::TooSmall {
-                t_s: self.t_s,
+                t_s: self.progress.t_s,
                 minimum_s: self.settings.dt.minimum_s,
                 what: decision.reason.clone(),
             });
         }
         decision.verdict = Verdict::Reject.into();
         decision.factor = factor;
-        self.dt_s = dt_s;
-        self.version = self.version.next_attempt();
-        self.first_errors.clear();
+        self.progress.dt_s = dt_s;
+        self.progress.version = self.progress.version.next_attempt();
+        self.progress.first_errors.clear();
         self.conclude(decision);
         Ok(())
     }

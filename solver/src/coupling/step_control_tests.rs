@@ -13,7 +13,7 @@ fn settings(iterations: u32) -> Settings {
 }
 
 fn control(iterations: u32, measure: Measure) -> StepControl {
-    StepControl::new(&settings(iterations), &BTreeMap::from([("w".into(), measure)]), 100.0)
+    StepControl::new(&settings(iterations), &BTreeMap::from([(("a".into(), "w".into()), measure)]), 100.0)
 }
 
 fn outcome(error: f64) -> Vec<Outcome> {
@@ -63,7 +63,8 @@ fn growth_is_capped_and_the_limit_holds() {
 
 #[test]
 fn the_last_window_ends_with_the_run() {
-    let mut control = StepControl::new(&settings(5), &BTreeMap::from([("w".into(), Measure::Magnitude)]), 2.5);
+    let mut control =
+        StepControl::new(&settings(5), &BTreeMap::from([(("a".into(), "w".into()), Measure::Magnitude)]), 2.5);
     control.judge(&outcome(0.0)).unwrap();
     assert_eq!(control.window(), Window { t_s: 1.0, dt_s: 1.5 });
     assert_eq!(control.judge(&outcome(0.0)).unwrap().t_s, 2.5);
