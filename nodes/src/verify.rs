@@ -129,6 +129,8 @@ struct Replay {
     participants: BTreeMap<String, Box<dyn Participant>>,
     /// What each of them reads, as recorded.
     inboxes: BTreeMap<String, Inbox>,
+    /// Fields recorded before the first trial.
+    early: Vec<(String, Version, Field)>,
     /// Everything recorded of the step under way.
     recorded: Inbox,
     plan: Plan,
@@ -160,17 +162,24 @@ impl Replay {
             },
             (None, None) => return,
         };
-        for inbox in self.inboxes.values_mut().filter(|inbox| inbox.reads(&sender, &received.name)) {
-            inbox.insert(&sender, version, field.clone());
+        if self.started {
+            self.deliver(&sender, version, &field);
+        } else {
+            self.early.push((sender.clone(), version, field.clone()));
         }
         self.recorded.insert(&sender, version, field);
+    }
+
+    fn deliver(&mut self, sender: &str, version: Version, field: &Field) {
+        for inbox in self.inboxes.values_mut().filter(|inbox| inbox.reads(sender, field.name())) {
+            inbox.insert(sender, version, field.clone());
+        }
     }
 
     fn follow(&mut self, directive: Directive) -> Result<(), VerifyError> {
         if let Some(directive::Task::Plan(plan)) = directive.task {
             // One that comes later follows a restart, after which the run went on as if there had been none.
             if !self.started {
-                self.inboxes = plan.nodes.iter().map(|it| (it.node.clone(), Inbox::new(it.sources.clone()))).collect();
                 self.plan = plan;
             }
             return Ok(());
@@ -195,6 +204,11 @@ impl Replay {
         }
         let from = self.plan.from.unwrap_or(Version::INITIAL);
         self.committed = from;
+        let nodes = self.plan.nodes.iter();
+        self.inboxes = nodes.map(|plan| (plan.node.clone(), Inbox::new(plan.sources.clone()))).collect();
+        for (sender, version, field) in std::mem::take(&mut self.early) {
+            self.deliver(&sender, version, &field);
+        }
         let checkpoint = self.from.take().filter(|_| from != Version::INITIAL).unwrap_or_default();
         for plan in &self.plan.nodes {
             let Some(inbox) = self.inboxes.get_mut(&plan.node) else { continue };

@@ -7,3 +7,4 @@ mod contact;
 mod coupling;
 mod heat;
 mod light;
+mod staggering;

@@ -68,6 +68,9 @@ pub struct Progress {
     committed: Version,
     /// ε⁰ of each field: its change in the first iteration of this attempt.
     first_errors: BTreeMap<(String, String), f64>,
+    /// Contraction rate and most sensitive field, from the last iteration of this attempt that tells: where nothing
+    /// changes any more, nothing does.
+    estimate: (f64, String),
 }
 
 impl StepControl {
@@ -89,6 +92,7 @@ impl StepControl {
             version: Version::first(1),
             committed: Version::INITIAL,
             first_errors: BTreeMap::new(),
+            estimate: (0.0, String::new()),
         };
         Self { settings: settings.clone(), fields, duration_s, progress }
     }
@@ -238,6 +242,14 @@ impl StepControl {
             let absolute_tolerance = absolute.unwrap_or(0.0);
             decision.errors.push(FieldError { field, error, tolerance, absolute: mean, absolute_tolerance });
         }
+        let (rate, sensitive) = &mut self.progress.estimate;
+        if decision.contraction > 0.0 {
+            *rate = decision.contraction;
+        }
+        if !decision.sensitive.is_empty() {
+            sensitive.clone_from(&decision.sensitive);
+        }
+        (decision.contraction, decision.sensitive) = (*rate, sensitive.clone());
     }
 
     /// Mean factor from one error of this attempt to the next, (ε^K/ε⁰)^{1/(K−1)}; 0 where it is not known.
@@ -264,6 +276,7 @@ impl StepControl {
         self.progress.committed = self.progress.version;
         self.progress.version = Version::first(self.progress.version.step + 1);
         self.progress.first_errors.clear();
+        self.progress.estimate = (0.0, String::new());
         decision.t_s = self.progress.t_s;
         self.conclude(decision);
     }
@@ -284,6 +297,7 @@ impl StepControl {
         self.progress.dt_s = dt_s;
         self.progress.version = self.progress.version.next_attempt();
         self.progress.first_errors.clear();
+        self.progress.estimate = (0.0, String::new());
         self.conclude(decision);
         Ok(())
     }
