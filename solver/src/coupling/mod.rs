@@ -4,6 +4,7 @@
 //! current trial. [`plan`](fn@plan) says who reads from whom, [`StepControl`] decides about each iteration, and
 //! [`drive`](fn@drive) runs them over an [`Ensemble`]: participants in this process or nodes of their own.
 
+mod acceleration;
 mod change;
 mod drive;
 mod in_process;
@@ -14,6 +15,7 @@ mod plan;
 mod settings;
 mod step_control;
 
+pub use acceleration::{Accelerator, Iterates};
 pub use change::{change, order, relative};
 pub use drive::{End, Ensemble, Observer, Task, drive};
 pub use in_process::{InProcess, InProcessError, freeze};
@@ -21,5 +23,5 @@ pub use ledger::{Account, Ledger};
 pub use participant::{Answer, Local, Participant, same};
 pub use physics::{Frozen, NotConverged, Physics, Reply, Window};
 pub use plan::{PlanError, measured, plan};
-pub use settings::{Acceleration, Order, Settings, StepSize};
+pub use settings::{Acceleration, FieldSettings, Order, Settings, StepSize};
 pub use step_control::{ControlError, Outcome, StepControl};
