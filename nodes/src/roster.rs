@@ -51,7 +51,11 @@ pub fn roster(scene: &Scene) -> BTreeMap<String, Runs> {
         ("thermal", scene.thermal.is_some()),
         ("optics", scene.optics.is_some()),
     ];
-    let renamed = |kind: &str| scene.nodes.values().any(|settings| settings.physics.as_deref() == Some(kind));
+    // One with settings of its own runs beside its namesake, not instead of it.
+    let renamed = |kind: &str| {
+        let mut others = scene.nodes.values();
+        others.any(|settings| settings.physics.as_deref() == Some(kind) && settings.optics.is_none())
+    };
     let mut nodes: BTreeMap<String, Runs> = named
         .into_iter()
         .filter(|(kind, present)| *present && !renamed(kind))
@@ -85,7 +89,8 @@ pub fn participant(scene: &Scene, node: &str, kind: &str) -> Result<Box<dyn Part
             Box::new(Local::new(node, physics))
         }
         "optics" => {
-            let physics = Optics::new(scene.optics.clone().ok_or_else(no_table)?).map_err(settings)?;
+            let own = scene.nodes.get(node).and_then(|settings| settings.optics.clone());
+            let physics = Optics::new(own.or_else(|| scene.optics.clone()).ok_or_else(no_table)?).map_err(settings)?;
             Box::new(Local::new(node, physics))
         }
         other => return Err(RosterError::Kind(other.into())),

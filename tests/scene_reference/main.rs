@@ -68,7 +68,9 @@ fn takes(key: &Key) -> String {
         Kind::Vector(_) => "three numbers".into(),
         Kind::Table(section) | Kind::Named(section) => format!("`[{}]`", section.path),
         Kind::Choice(words) => words.iter().map(|(word, _)| format!("`\"{word}\"`")).collect::<Vec<_>>().join(", "),
-        Kind::Whole(..) | Kind::Text | Kind::Texts | Kind::Flag | Kind::Numbers(..) => key.kind.expected(),
+        Kind::Whole(..) | Kind::Text | Kind::Texts | Kind::Flag | Kind::Numbers(..) | Kind::Wholes(..) => {
+            key.kind.expected()
+        }
     }
 }
 
@@ -147,6 +149,9 @@ fn kind(kind: Kind) -> Value {
         Kind::Choice(words) => json!({ "enum": words.iter().map(|(word, _)| *word).collect::<Vec<_>>() }),
         Kind::Numbers(_, range) => {
             json!({ "type": "object", "additionalProperties": number(range) })
+        }
+        Kind::Wholes(low, high) => {
+            json!({ "type": "object", "additionalProperties": self::kind(Kind::Whole(low, high)) })
         }
         Kind::Table(section) => match section.shorthand {
             Some(short) => json!({ "anyOf": [self::kind(short.kind), object(section)] }),

@@ -1,10 +1,12 @@
 //! The staggered iteration against solutions that know nothing of it.
 //!
+//! - Acceleration saves iterations on maps of known spectrum, and converges where the plain iteration does not.
 //! - A linear pair contracts at the spectral radius of its coupling, and Λ names the step that converges in K_d.
 //! - Two soft spheres squeezed between a cold and a hot wall: their motion softens with temperature, their conduction
 //!   follows their motion. Staggered to a tight tolerance they give what one implicit solve of all unknowns gives, and
 //!   the error against a far finer solution falls with the order of the weight φ.
 
+mod acceleration;
 mod monolithic;
 mod pair;
 

@@ -1,12 +1,15 @@
 //! `[coupling]`: how the physics are coupled, and the adaptive step.
 
+use std::collections::BTreeMap;
+
 use super::{
+    acceleration,
     key::{Key, Kind, Range, Section},
     problems::nearest,
     reader::Table,
     units::{NUMBER, TIME},
 };
-use crate::coupling::{Acceleration, Order, Settings, StepSize};
+use crate::coupling::{Order, Settings, StepSize};
 
 static ORDER: Key = Key::new(
     "order",
@@ -24,8 +27,17 @@ static SEQUENCE: Key = Key::new(
 )
 .or("[]");
 static ACCELERATION: Key =
-    Key::new("acceleration", Kind::Choice(&[("none", "the plain iteration")]), "Acceleration of the iteration.")
-        .or("\"none\"");
+    Key::new("acceleration", Kind::Table(&acceleration::SECTION), "Acceleration of the iteration.")
+        .or_from("the plain iteration");
+static FIELDS: Key =
+    Key::new("fields", Kind::Named(&acceleration::FIELD), "Convergence and acceleration of single fields.")
+        .or_from("as the others");
+static EVERY: Key = Key::new(
+    "every",
+    Kind::Wholes(1, 1_000_000_000),
+    "Accepted steps from one solve of a node to the next, by its name: for one that only reads, or is slow.",
+)
+.or_from("every node takes part in every step");
 static TOLERANCE: Key = Key::new(
     "tolerance",
     Kind::Numbers(&NUMBER, Range::above(0.0, 0.1)),
@@ -63,7 +75,19 @@ pub(super) static SECTION: Section = Section {
     doc: "The staggered iteration between the physics, and its step.",
     example: "[coupling]",
     shorthand: None,
-    keys: &[&ORDER, &SEQUENCE, &ACCELERATION, &TOLERANCE, &DEFAULT_TOLERANCE, &ITERATIONS, &FROZEN, &REUSE, &DT],
+    keys: &[
+        &ORDER,
+        &SEQUENCE,
+        &ACCELERATION,
+        &TOLERANCE,
+        &DEFAULT_TOLERANCE,
+        &FIELDS,
+        &ITERATIONS,
+        &EVERY,
+        &FROZEN,
+        &REUSE,
+        &DT,
+    ],
 };
 
 static START: Key = Key::new("start", Kind::Number(&TIME, Range::POSITIVE), "First step.");
@@ -98,6 +122,26 @@ pub(super) struct Names<'n> {
     pub fields: Option<&'n [&'n str]>,
 }
 
+impl Names<'_> {
+    /// What is wrong with the name of a node, and what it may be meant to be.
+    fn unknown_node(&self, name: &str) -> Option<(String, String)> {
+        if self.nodes.contains(&name) {
+            return None;
+        }
+        let known = format!("nodes of this scene are {}", self.nodes.join(", "));
+        let hint = nearest(name, self.nodes.iter().copied()).map_or(known, |near| format!("did you mean \"{near}\"?"));
+        Some((format!("no node is called {name:?}"), hint))
+    }
+
+    /// Reports a field that none of the scene's nodes writes.
+    fn check_field(&self, table: &Table<'_>, key: &Key, field: &str) {
+        let Some(fields) = self.fields.filter(|fields| !fields.contains(&field)) else { return };
+        let known = format!("fields with a tolerance are {}", fields.join(", "));
+        let hint = nearest(field, fields.iter().copied()).map_or(known, |near| format!("did you mean `{near}`?"));
+        table.reject_name(key, field, format!("no field is called `{field}`"), Some(hint));
+    }
+}
+
 /// Reads the settings of the coupling.
 pub(super) fn read(table: Table<'_>, names: &Names<'_>) -> Option<Settings> {
     let order = match table.choice(&ORDER) {
@@ -108,21 +152,24 @@ pub(super) fn read(table: Table<'_>, names: &Names<'_>) -> Option<Settings> {
     for (index, name) in sequence.iter().enumerate() {
         if sequence[..index].contains(name) {
             table.reject(&SEQUENCE, format!("names {name:?} twice"));
-        } else if !names.nodes.contains(&name.as_str()) {
-            let known = format!("nodes of this scene are {}", names.nodes.join(", "));
-            let hint =
-                nearest(name, names.nodes.iter().copied()).map_or(known, |near| format!("did you mean \"{near}\"?"));
-            table.reject_with(&SEQUENCE, format!("no node is called {name:?}"), Some(hint));
+        } else if let Some((message, hint)) = names.unknown_node(name) {
+            table.reject_with(&SEQUENCE, message, Some(hint));
         }
     }
-    table.choice(&ACCELERATION);
+    let acceleration = table.table(&ACCELERATION).map(acceleration::read);
     let tolerance = table.numbers(&TOLERANCE);
     for field in tolerance.keys() {
-        let Some(fields) = names.fields else { break };
-        if !fields.contains(&field.as_str()) {
-            let known = format!("fields with a tolerance are {}", fields.join(", "));
-            let hint = nearest(field, fields.iter().copied()).map_or(known, |near| format!("did you mean `{near}`?"));
-            table.reject_name(&TOLERANCE, field, format!("no field is called `{field}`"), Some(hint));
+        names.check_field(&table, &TOLERANCE, field);
+    }
+    let mut fields = BTreeMap::new();
+    for (field, settings) in table.named(&FIELDS) {
+        names.check_field(&table, &FIELDS, &field);
+        fields.insert(field, acceleration::field(settings));
+    }
+    let every = table.wholes(&EVERY);
+    for node in every.keys() {
+        if let Some((message, hint)) = names.unknown_node(node) {
+            table.reject_name(&EVERY, node, message, Some(hint));
         }
     }
     let (default_tolerance, iterations) = (table.number(&DEFAULT_TOLERANCE), table.whole_u32(&ITERATIONS));
@@ -133,9 +180,9 @@ pub(super) fn read(table: Table<'_>, names: &Names<'_>) -> Option<Settings> {
     Some(Settings {
         order,
         sequence,
-        acceleration: Acceleration::None,
-        fields: std::collections::BTreeMap::new(),
-        every: std::collections::BTreeMap::new(),
+        acceleration: acceleration?,
+        fields,
+        every,
         tolerance,
         default_tolerance,
         iterations,

@@ -51,6 +51,8 @@ pub enum Kind {
     Choice(&'static [(&'static str, &'static str)]),
     /// A table of numbers under names the user chooses.
     Numbers(&'static Quantity, Range),
+    /// A table of whole numbers, from the first to the second, under names the user chooses.
+    Wholes(u64, u64),
     /// A table.
     Table(&'static Section),
     /// Tables under names the user chooses.
@@ -152,6 +154,7 @@ impl Kind {
                 }
             }
             Self::Numbers(quantity, range) => format!("a table of names, each with {}", range.describe(quantity)),
+            Self::Wholes(low, high) => format!("a table of names, each with {}", Self::Whole(*low, *high).expected()),
             Self::Table(section) => match section.shorthand {
                 Some(key) => format!("{}, or a table such as {}", key.kind.expected(), section.example),
                 None => format!("a table such as {}", section.example),
@@ -186,13 +189,17 @@ impl Key {
 }
 
 impl Section {
-    /// All tables of the scene below and including this one, parents first.
+    /// All tables of the scene below and including this one, parents first; one that several keys take comes once.
     #[must_use]
     pub fn tree(&'static self) -> Vec<&'static Self> {
         let mut sections = vec![self];
         for key in self.keys {
             if let Kind::Table(inner) | Kind::Named(inner) = key.kind {
-                sections.extend(inner.tree());
+                for section in inner.tree() {
+                    if sections.iter().all(|known| known.path != section.path) {
+                        sections.push(section);
+                    }
+                }
             }
         }
         sections

@@ -4,6 +4,7 @@
 //! file, line, key, what was expected and what was found. The keys are data ([`Scene::reference`]), from which
 //! `docs/scene.md` and `docs/scene.schema.json` are made.
 
+mod acceleration;
 mod contact;
 mod coupling;
 mod key;
@@ -13,6 +14,7 @@ mod optics;
 mod particles;
 mod problems;
 mod reader;
+mod recovery;
 mod thermal;
 mod tree;
 pub mod units;
@@ -70,12 +72,14 @@ pub struct Scene {
 }
 
 /// A node of the user's own, or a built-in physics under another name; exactly one of the two is there.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct NodeSettings {
     /// The built-in physics it runs: `particles`, `thermal` or `optics`.
     pub physics: Option<String>,
     /// The program that runs instead, and its arguments.
     pub command: Option<Vec<String>>,
+    /// Settings of its own, for a node with the physics `optics`: the scene's [`Scene::optics`] is then not its.
+    pub optics: Option<OpticsSettings>,
 }
 
 /// What is recorded.
@@ -141,12 +145,18 @@ static NODES: Key = Key::new("nodes", Kind::Named(&nodes::SECTION), "Nodes of yo
 static COUPLING: Key = Key::new("coupling", Kind::Table(&coupling::SECTION), "How the physics are coupled.");
 static RECORD: Key = Key::new("record", Kind::Table(&nodes::RECORD), "The recording.").or_from("everything");
 
+static RECOVERY: Key =
+    Key::new("recovery", Kind::Table(&recovery::SECTION), "What happens when a node dies.").or_from("it is restarted");
+
 static ROOT: Section = Section {
     path: "",
     doc: "What is simulated, and for how long. A physics whose table is there runs; one that is not costs nothing.",
     example: "",
     shorthand: None,
-    keys: &[&TITLE, &DURATION, &SEED, &MATERIALS, &PARTICLES, &WALLS, &THERMAL, &OPTICS, &NODES, &COUPLING, &RECORD],
+    keys: &[
+        &TITLE, &DURATION, &SEED, &MATERIALS, &PARTICLES, &WALLS, &THERMAL, &OPTICS, &NODES, &COUPLING, &RECORD,
+        &RECOVERY,
+    ],
 };
 
 /// Fields with a tolerance that the built-in physics write.
@@ -202,20 +212,25 @@ impl Scene {
                 .into_iter()
                 .filter_map(|(name, runs)| runs.then_some(name))
                 .collect();
-        let nodes = nodes::read(root, &NODES, |physics| built_in.contains(&physics));
-        // A program under the name of a built-in physics writes what that one would.
-        let runs = |name: &str| built_in.contains(&name) || nodes.get(name).is_some_and(|node| node.command.is_some());
-
         let bodies = particles::Bodies::read(particles, &materials);
+        let nodes = nodes::read(root, &NODES, &bodies, |physics| built_in.contains(&physics));
+        let second_laser = nodes.values().any(|node| node.optics.is_some());
+        // A program under the name of a built-in physics writes what that one would.
+        let runs = |name: &str| {
+            let by_command = nodes.get(name).is_some_and(|node| node.command.is_some());
+            built_in.contains(&name) || by_command || (name == "optics" && second_laser)
+        };
+
         let thermal = thermal.map(|table| thermal::read(table, &bodies, &walls, runs("optics")));
         let optics = optics.and_then(|table| optics::read(table, &bodies));
         let particles = bodies.settings(&walls, seed, runs("thermal"));
 
-        let renamed = |name: &&str| nodes.values().any(|node| node.physics.as_deref() == Some(*name));
+        let renamed =
+            |name: &&str| nodes.values().any(|node| node.physics.as_deref() == Some(*name) && node.optics.is_none());
         let mut names: Vec<&str> = built_in.iter().copied().filter(|name| !renamed(name)).collect();
         names.extend(nodes.keys().map(String::as_str).filter(|name| !built_in.contains(name)));
         let measured: Vec<&str> =
-            MEASURED.into_iter().filter_map(|(physics, field)| built_in.contains(&physics).then_some(field)).collect();
+            MEASURED.into_iter().filter_map(|(physics, field)| runs(physics).then_some(field)).collect();
         let own = nodes.values().any(|node| node.command.is_some());
         let names = coupling::Names { nodes: &names, fields: (!own).then_some(measured.as_slice()) };
         let coupling = root.optional_table(&COUPLING).and_then(|table| coupling::read(table, &names));
@@ -224,6 +239,7 @@ impl Scene {
             table.finish();
             record
         });
+        let recovery = root.table(&RECOVERY).map(recovery::read);
         Some(Self {
             title,
             duration_s,
@@ -235,7 +251,7 @@ impl Scene {
             nodes,
             coupling: coupling?,
             record: record?,
-            recovery: RecoverySettings::default(),
+            recovery: recovery?,
             hash: 0,
             text: String::new(),
             overrides: Vec::new(),

@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 use super::{
     NodeSettings, RecordSettings,
     key::{Key, Kind, Section},
+    optics,
+    particles::Bodies,
     reader::Table,
 };
 
@@ -24,13 +26,20 @@ static COMMAND: Key = Key::new(
     "Program and arguments of a node of your own. Under the name of a built-in physics it takes its place.",
 )
 .or_from("none; a node has a physics or a command");
+static OPTICS: Key = Key::new(
+    "optics",
+    Kind::Table(&optics::SECTION),
+    "Settings of this node's own, beside the scene's [optics]: a second laser.",
+)
+.or_from("those of the scene's [optics], which then runs under this name")
+.when("physics", &["optics"]);
 
 pub(super) static SECTION: Section = Section {
     path: "nodes.NAME",
     doc: "A node that is not simply the built-in physics of the same name.",
     example: "{ command = [\"python3\", \"thermal.py\"] }",
     shorthand: None,
-    keys: &[&PHYSICS, &COMMAND],
+    keys: &[&PHYSICS, &COMMAND, &OPTICS],
 };
 
 static LEVEL: Key = Key::new(
@@ -55,7 +64,12 @@ pub(super) static RECORD: Section = Section {
 };
 
 /// Reads all nodes; `runs` says whether the table of a built-in physics is there.
-pub(super) fn read(root: &Table<'_>, key: &'static Key, runs: impl Fn(&str) -> bool) -> BTreeMap<String, NodeSettings> {
+pub(super) fn read(
+    root: &Table<'_>,
+    key: &'static Key,
+    bodies: &Bodies<'_>,
+    runs: impl Fn(&str) -> bool,
+) -> BTreeMap<String, NodeSettings> {
     let mut nodes: BTreeMap<String, NodeSettings> = BTreeMap::new();
     for (name, table) in root.named(key) {
         let physics = table.optional_choice(&PHYSICS);
@@ -68,19 +82,19 @@ pub(super) fn read(root: &Table<'_>, key: &'static Key, runs: impl Fn(&str) -> b
         if command.as_ref().is_some_and(|words| words.first().is_none_or(String::is_empty)) {
             table.reject(&COMMAND, "expected a program and its arguments, found no program");
         }
+        let mut optics = None;
         if let Some(physics) = physics {
-            if physics != name && runs(&name) {
+            let own = physics == "optics" && table.is_given(&OPTICS);
+            if (own || physics != name) && runs(&name) {
                 table.reject(&PHYSICS, format!("[{name}] runs under this name"));
             }
-            if !runs(physics) {
+            if own {
+                optics = table.optional_table(&OPTICS).and_then(|table| optics::read(table, bodies));
+            } else if !runs(physics) {
                 table.reject(&PHYSICS, format!("this scene has no [{physics}]"));
             }
-            let other = nodes.iter().find(|(_, node)| node.physics.as_deref() == Some(physics));
-            if let Some((other, _)) = other {
-                table.reject(&PHYSICS, format!("\"{physics}\" already runs as `{other}`"));
-            }
         }
-        nodes.insert(name, NodeSettings { physics: physics.map(Into::into), command });
+        nodes.insert(name, NodeSettings { physics: physics.map(Into::into), command, optics });
         table.finish();
     }
     nodes

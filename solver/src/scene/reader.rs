@@ -183,11 +183,8 @@ impl<'d> Table<'d> {
 
     /// A whole number.
     pub fn whole(&self, key: &'static Key) -> u64 {
-        let value = self.read(key, |node| match (key.kind, &node.item) {
-            (Kind::Whole(low, high), Item::Integer(value, _)) => match u64::try_from(*value) {
-                Ok(value) if (low..=high).contains(&value) => Ok(value),
-                _ => Err(mismatch(node)),
-            },
+        let value = self.read(key, |node| match key.kind {
+            Kind::Whole(low, high) => whole(node, low, high),
             _ => Err(mismatch(node)),
         });
         value.unwrap_or(0)
@@ -287,31 +284,47 @@ impl<'d> Table<'d> {
 
     /// Numbers under names the user chose.
     pub fn numbers(&self, key: &'static Key) -> BTreeMap<String, f64> {
-        let (Some((place, node)), Kind::Numbers(quantity, range)) = (self.ask(key), key.kind) else {
-            return BTreeMap::new();
-        };
+        let Kind::Numbers(quantity, range) = key.kind else { return BTreeMap::new() };
+        self.by_name(key, &Kind::Number(quantity, range), &range.describe(quantity), |node| {
+            let (value, found) = si_value(node, quantity)?;
+            if range.contains(value) { Ok(value) } else { Err((found, None)) }
+        })
+    }
+
+    /// Whole numbers under names the user chose.
+    pub fn wholes(&self, key: &'static Key) -> BTreeMap<String, u64> {
+        let Kind::Wholes(low, high) = key.kind else { return BTreeMap::new() };
+        let kind = Kind::Whole(low, high);
+        self.by_name(key, &kind, &kind.expected(), |node| whole(node, low, high))
+    }
+
+    /// Values under names the user chose, each of a kind.
+    fn by_name<T>(
+        &self,
+        key: &'static Key,
+        kind: &Kind,
+        expected: &str,
+        convert: impl Fn(&Node) -> Result<T, Mismatch>,
+    ) -> BTreeMap<String, T> {
+        let Some((place, node)) = self.ask(key) else { return BTreeMap::new() };
         let Item::Table(entries) = &node.item else {
             let message = format!("expected {}, found {}", key.kind.expected(), node.item.describe());
             self.mistake(place, self.path_of(key.name), message, None);
             return BTreeMap::new();
         };
-        let mut numbers = BTreeMap::new();
+        let mut values = BTreeMap::new();
         for Entry { name, node, .. } in entries {
             let path = format!("{}.{name}", self.path_of(key.name));
-            match si_value(node, quantity) {
-                Ok((value, _)) if range.contains(value) => {
-                    numbers.insert(name.clone(), value);
-                    let shown = show(&Kind::Number(quantity, range), node);
-                    let value = Value { path, value: shown, is_default: false, doc: key.doc };
+            match convert(node) {
+                Ok(value) => {
+                    values.insert(name.clone(), value);
+                    let value = Value { path, value: show(kind, node), is_default: false, doc: key.doc };
                     self.log.values.borrow_mut().push(value);
                 }
-                Ok((_, found)) | Err((found, _)) => {
-                    let message = format!("expected {}, found {found}", range.describe(quantity));
-                    self.mistake(node.place, path, message, None);
-                }
+                Err((found, _)) => self.mistake(node.place, path, format!("expected {expected}, found {found}"), None),
             }
         }
-        numbers
+        values
     }
 
     /// A table, where it is given; a plain value stands for the key its section names.
@@ -392,6 +405,11 @@ impl<'d> Table<'d> {
 
 fn mismatch(node: &Node) -> Mismatch {
     (node.item.describe(), None)
+}
+
+fn whole(node: &Node, low: u64, high: u64) -> Result<u64, Mismatch> {
+    let Item::Integer(value, _) = node.item else { return Err(mismatch(node)) };
+    u64::try_from(value).ok().filter(|value| (low..=high).contains(value)).ok_or_else(|| mismatch(node))
 }
 
 fn text(node: &Node) -> Result<String, Mismatch> {

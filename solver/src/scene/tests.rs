@@ -6,10 +6,13 @@ use std::collections::BTreeSet;
 use proptest::prelude::*;
 
 use super::*;
-use crate::physics::{
-    optics::{Model, Path, Profile},
-    particles::{ContactLaw, Integrator, Start},
-    thermal::Conductance,
+use crate::{
+    coupling::{Acceleration, FieldSettings},
+    physics::{
+        optics::{Model, Path, Profile},
+        particles::{ContactLaw, Integrator, Start},
+        thermal::Conductance,
+    },
 };
 
 /// A scene that says as much as one scene can.
@@ -68,10 +71,17 @@ pulses = { period = "100 us", on = "20 us" }
 [nodes.heat]
 physics = "thermal"
 
+[nodes.second]
+physics = "optics"
+optics = { power = "10 W", profile = { radius = "20 um" }, path = { kind = "fixed", at = [0, 0, 0] } }
+
 [coupling]
 order = "jacobi"
 sequence = ["heat", "particles"]
-acceleration = "none"
+acceleration = { method = "iqn-ils", relaxation = 0.4, reused-steps = 3, columns = 30, filter = 1e-3 }
+fields.temperature = { absolute = 1e-3, acceleration = "aitken" }
+fields.positions.absolute = 1e-9
+every = { heat = 2, second = 5 }
 tolerance = { positions = 1e-5 }
 default-tolerance = 1e-7
 iterations = 9
@@ -81,6 +91,12 @@ dt = { start = "1 us", limit = "20 us", minimum = "1 ns", growth = 2 }
 [record]
 level = "accepted"
 every = 4
+
+[recovery]
+checkpoint = 20
+restarts = 7
+hang = "1 min"
+start = "5 s"
 "#;
 
 /// The least a scene with all physics says.
@@ -159,6 +175,19 @@ fn every_value_of_a_scene_reaches_its_setting() {
     assert_eq!((coupling.dt.start_s, coupling.dt.limit_s), (1e-6, 2e-5));
     assert_eq!((coupling.dt.minimum_s, coupling.dt.growth), (1e-9, 2.0));
     assert_eq!((scene.record.level, scene.record.every), (Level::Accepted, 4));
+    let expected = Acceleration::IqnIls { relaxation: 0.4, reused_steps: 3, columns: 30, filter: 1e-3 };
+    assert_eq!(coupling.acceleration, expected);
+    let aitken = Some(Acceleration::Aitken { relaxation: 0.5 });
+    let temperature = FieldSettings { absolute: Some(1e-3), acceleration: aitken };
+    let positions = FieldSettings { absolute: Some(1e-9), acceleration: None };
+    let fields = [("positions".to_owned(), positions), ("temperature".to_owned(), temperature)];
+    assert_eq!(coupling.fields, BTreeMap::from(fields));
+    assert_eq!(coupling.every, BTreeMap::from([("heat".to_owned(), 2), ("second".to_owned(), 5)]));
+    let recovery = RecoverySettings { checkpoint_steps: 20, restarts: 7, hang_s: 60.0, start_s: 5.0 };
+    assert_eq!(scene.recovery, recovery);
+    let second = scene.nodes["second"].optics.as_ref().unwrap();
+    assert_eq!((second.beam.power_w, second.count), (10.0, 10));
+    assert_eq!(second.beam.profile, Profile::Gaussian { radius_m: 2e-5 });
 }
 
 #[test]
@@ -173,6 +202,7 @@ fn defaults_are_those_of_the_reference_and_are_shown() {
     assert!(!particles.reads_temperature && particles.friction.is_none() && particles.drag.is_none());
     assert_eq!(scene.optics.unwrap().model, Model::BeerLambert { absorption_1_m: 5e7, spacing_m: 2.5e-5 / 4.0 });
     assert_eq!((scene.coupling.dt.limit_s, scene.coupling.dt.minimum_s), (1e-6, 1e-6 / 1000.0));
+    assert_eq!((scene.coupling.acceleration, scene.recovery), (Acceleration::None, RecoverySettings::default()));
     let shown = |path: &str| scene.effective.iter().find(|value| value.path == path).unwrap();
     assert_eq!(shown("particles.radius.mean").value, "25 um");
     assert!(!shown("particles.radius.mean").is_default);
@@ -193,6 +223,26 @@ fn a_physics_that_is_not_named_does_not_run_and_nobody_reads_it() {
     // A program in the place of the laser is read all the same.
     let own = parse("duration = 1\n[thermal]\n[nodes.optics]\ncommand = [\"laser\"]\n[coupling]\ndt = 1", &[]);
     assert!(own.thermal.unwrap().reads_absorbed_power);
+}
+
+#[test]
+fn a_physics_may_run_twice_and_a_laser_with_settings_of_its_own() {
+    let laser = "{ power = 1, profile = { radius = 1e-5 }, path = { kind = \"fixed\", at = [0, 0, 0] } }";
+    let twice = [("nodes.left.physics", "optics"), ("nodes.right.physics", "optics")];
+    let scene = parse(SHORT, &twice);
+    assert!(scene.nodes.values().all(|node| node.physics.as_deref() == Some("optics") && node.optics.is_none()));
+    // The scene's own then runs under those names only.
+    let sequence = ("coupling.sequence", "[\"optics\"]");
+    assert!(Scene::parse(SHORT, "x.toml", &[set(twice[0].0, twice[0].1), set(sequence.0, sequence.1)]).is_err());
+    let second = [("nodes.right", &*format!("{{ physics = \"optics\", optics = {laser} }}")), sequence];
+    let scene = parse(SHORT, &second);
+    assert_eq!(scene.optics.unwrap().beam.power_w, 40.0);
+    assert_eq!(scene.nodes["right"].optics.as_ref().unwrap().beam.power_w, 1.0);
+    // It is enough of a laser for the temperature to read it, and for its field to have a tolerance.
+    let alone = SHORT.split("[optics]").next().unwrap().to_owned() + "[coupling]\ndt = \"1 us\"\n";
+    let tolerance = ("coupling.tolerance", "{ absorbed_power = 1e-3 }");
+    let scene = parse(&alone, &[second[0], tolerance]);
+    assert!(scene.optics.is_none() && scene.thermal.unwrap().reads_absorbed_power);
 }
 
 #[test]
@@ -223,6 +273,12 @@ fn overrides_replace_values_and_change_the_hash() {
 fn reference_path(path: &str) -> String {
     let parts: Vec<&str> = path.split('.').collect();
     match parts.as_slice() {
+        ["nodes", _, "optics", rest @ ..] => {
+            std::iter::once("optics").chain(rest.iter().copied()).collect::<Vec<_>>().join(".")
+        }
+        ["coupling", "fields", _, "acceleration", rest @ ..] => format!("coupling.acceleration.{}", rest.join(".")),
+        ["coupling", "fields", _, rest @ ..] => format!("coupling.fields.NAME.{}", rest.join(".")),
+        ["coupling", "every", ..] => "coupling.every".into(),
         [named @ ("walls" | "materials" | "nodes"), _, rest @ ..] => {
             std::iter::once(*named).chain(["NAME"]).chain(rest.iter().copied()).collect::<Vec<_>>().join(".")
         }

@@ -102,7 +102,7 @@ impl Physics for Thermal {
             Port::f64("wall_contact_distance", "m", "wall-contacts", 1, Measure::None),
         ];
         if self.settings.reads_absorbed_power {
-            reads.push(Port::f64("absorbed_power", "W", "particles", 1, Measure::None));
+            reads.push(Port::f64("absorbed_power", "W", "particles", 1, Measure::None).as_sum());
         }
         Ports { reads, writes: vec![(*self.temperature).clone()] }
     }
