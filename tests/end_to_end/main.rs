@@ -8,4 +8,5 @@ mod by_hand;
 mod faults;
 mod live;
 mod program;
+mod recovery;
 mod same_bits;

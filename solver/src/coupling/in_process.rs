@@ -231,9 +231,8 @@ impl Ensemble for InProcess {
 
     fn answered(&mut self, source: &Source, version: Version) -> Result<Field, InProcessError> {
         let member = self.members.get(&source.writer);
-        let held =
-            member.and_then(|member| [&member.answered, &member.committed].into_iter().find(|(at, _)| *at == version));
-        let field = held.and_then(|(_, fields)| fields.get(&source.field)).cloned();
+        let mut held = member.iter().flat_map(|member| [&member.answered, &member.committed]);
+        let field = held.find_map(|(at, fields)| fields.get(&source.field).filter(|_| *at == version)).cloned();
         let lacks = || SolveError::Mismatch(format!("`{}` holds no `{}` of {version}", source.writer, source.field));
         Ok(field.ok_or_else(lacks)?)
     }
