@@ -49,7 +49,7 @@ pub fn gather(
         match remote.gather(scene.hash, patience) {
             Err(RunError::Lost { node, at, last_words }) if may_restart(scene, restarts) => {
                 tell(&node, &at, &last_words, "it is started again");
-                remote.restart_early(&node)?;
+                remote.revive(&node)?;
                 let outage_s = begun.elapsed().as_secs_f64();
                 restarts.push(Restart { node, at, from_step: 0, steps_repeated: 0, outage_s });
             }
@@ -91,13 +91,22 @@ pub fn conduct(
             }
             _ => return Err(error),
         };
-        let Some(known) = manifests.get(&node).filter(|_| may_restart(scene, restarts)) else { return Err(error) };
+        if !may_restart(scene, restarts) {
+            return Err(error);
+        }
         since = Some(Instant::now());
         let from_step = remote.last_checkpoint().map_or(0, |(version, _)| version.step);
         let steps_repeated = monitor.steps.accepted.saturating_sub(from_step);
         tell(&node, &at, &why, &format!("it is started again, and the run goes on from step {from_step}"));
         restarts.push(Restart { node: node.clone(), at, from_step, steps_repeated, outage_s: 0.0 });
-        remote.revive(&node, known, patience)?;
+        remote.revive(&node)?;
+        let now = gather(scene, remote, patience, restarts)?;
+        if let Some((node, _)) =
+            manifests.iter().find(|(node, known)| now.get(*node).map(|it| &it.ports) != Some(&known.ports))
+        {
+            let difference = "it was started again with other ports".into();
+            return Err(RunError::Foreign { node: node.clone(), difference });
+        }
     }
 }
 

@@ -33,10 +33,10 @@ fn a_killed_run_leaves_a_readable_recording_and_no_process() {
 }
 
 #[test]
-fn a_killed_node_ends_the_run_at_once_and_is_named() {
+fn a_killed_node_that_may_not_be_started_again_ends_the_run_at_once_and_is_named() {
     for kind in ["particles", "thermal", "optics"] {
         let place = long();
-        let run = place.start(&["--record", "run.mcap"]);
+        let run = place.start(&["--record", "run.mcap", "--set", "recovery.restarts=0"]);
         place.wait_for_file("run.mcap", 2_000_000);
         signal("KILL", place.node(kind));
         let begun = Instant::now();

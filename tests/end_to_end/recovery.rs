@@ -50,9 +50,12 @@ fn verified(file: &Path) {
 #[test]
 fn killed_and_stopped_nodes_are_started_again_and_nothing_differs() {
     let (hash, whole) = undisturbed();
-    for (kind, name, at_bytes) in
-        [("particles", "KILL", 3_000_000), ("thermal", "KILL", 9_000_000), ("optics", "KILL", 14_000_000), ("thermal", "STOP", 6_000_000)]
-    {
+    for (kind, name, at_bytes) in [
+        ("particles", "KILL", 3_000_000),
+        ("thermal", "KILL", 9_000_000),
+        ("optics", "KILL", 14_000_000),
+        ("thermal", "STOP", 6_000_000),
+    ] {
         let place = scene("");
         let run = place.start(&["--record", "run.mcap", "--json"]);
         place.wait_for_file("run.mcap", at_bytes);
@@ -89,7 +92,11 @@ fn past_the_limit_of_restarts_the_run_ends_and_says_which_node_and_how_to_go_on(
     let output = run.wait_with_output().unwrap();
     assert!(begun.elapsed() < Duration::from_secs(8), "{:?}", begun.elapsed());
     assert_eq!(output.status.code(), Some(1), "{}", said(&output));
-    assert!(said(&output).contains("node `thermal` is gone") && said(&output).contains("signal: 9"), "{}", said(&output));
+    assert!(
+        said(&output).contains("node `thermal` is gone") && said(&output).contains("signal: 9"),
+        "{}",
+        said(&output)
+    );
     assert!(said(&output).contains("--resume"), "{}", said(&output));
     place.wait_until_empty();
 }

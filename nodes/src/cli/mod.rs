@@ -178,9 +178,9 @@ fn coordinate(arguments: &SceneArguments, output: &OutputArguments, resume: Opti
         Ok(summary) => summary,
         Err(Failed::Run(RunError::Plan(error))) => return End::Code(USAGE, format!("the scene cannot run: {error}")),
         Err(error) => {
-            let kept = record
-                .filter(|path| path.is_file())
-                .map(|path| format!("\nhint: what was recorded until then is in {}", path.display()));
+            let kept = record.filter(|path| path.is_file()).map(|path| {
+                format!("\nhint: what was recorded until then is in {}{}", path.display(), how_to_go_on(&path))
+            });
             return failed(&format!("{error}{}", kept.unwrap_or_default()));
         }
     };
@@ -201,6 +201,14 @@ fn coordinate(arguments: &SceneArguments, output: &OutputArguments, resume: Opti
     } else {
         End::Done
     }
+}
+
+/// How to go on from a recording, where that is possible.
+fn how_to_go_on(path: &Path) -> String {
+    let checkpoint = Recording::open(path).and_then(|recording| recording.checkpoint(None));
+    let Ok(Some(checkpoint)) = checkpoint else { return String::new() };
+    let step = checkpoint.envelope.and_then(|envelope| envelope.version).unwrap_or_default().step;
+    format!("; the same command with --resume {} goes on from step {step}", path.display())
 }
 
 fn check_scene(arguments: &SceneArguments) -> End {

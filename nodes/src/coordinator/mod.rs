@@ -228,37 +228,18 @@ impl<'a> Remote<'a> {
         self.checkpoints.last().map(|checkpoint| (checkpoints::version(checkpoint), checkpoint))
     }
 
-    /// Gives a node up, has it started again, and waits until it is there. What follows is a new epoch.
-    ///
-    /// # Errors
-    /// It cannot be started, does not come, or is not what it was.
-    pub fn revive(&mut self, node: &str, known: &Manifest, patience: Duration) -> Result<(), RunError> {
-        self.bury(node);
-        self.epoch += 1;
-        self.sequence = 0;
-        self.checkpoints.drop_unfinished();
-        self.keeper.restart(node).map_err(|message| RunError::Restart { node: node.into(), message })?;
-        let manifests = self.gather(known.scene_hash, patience)?;
-        if manifests.get(node).is_none_or(|manifest| manifest.ports != known.ports) {
-            let difference = "it was started again with other ports".into();
-            return Err(RunError::Foreign { node: node.into(), difference });
-        }
-        Ok(())
-    }
-
-    /// Starts a node again that ended, or never came, before the run began.
+    /// Gives a node up and has it started again. What follows is a new epoch.
     ///
     /// # Errors
     /// It cannot be started.
-    pub fn restart_early(&mut self, node: &str) -> Result<(), RunError> {
-        self.bury(node);
-        self.keeper.restart(node).map_err(|message| RunError::Restart { node: node.into(), message })
-    }
-
-    fn bury(&mut self, node: &str) {
+    pub fn revive(&mut self, node: &str) -> Result<(), RunError> {
         for instance in self.alive.remove(node).unwrap_or_default() {
             self.buried.insert((node.into(), instance));
         }
+        self.epoch += 1;
+        self.sequence = 0;
+        self.checkpoints.drop_unfinished();
+        self.keeper.restart(node).map_err(|message| RunError::Restart { node: node.into(), message })
     }
 
     /// Waits until every node has announced itself, and asks each for its ports.
