@@ -140,7 +140,7 @@ impl Host {
             outlets.insert(port.field.clone(), link.publisher(keys::field(&run, &node, &port.field))?);
         }
         let report = link.publisher(keys::report(&run, &node))?;
-        let snapshot = link.publisher(keys::snapshot(&run, &node))?;
+        let snapshot = link.publisher_by_socket(keys::snapshot(&run, &node))?;
         let manifest = Manifest {
             run: run.clone(),
             schema: SCHEMA_VERSION,

@@ -136,8 +136,7 @@ impl Link {
             settings.insert_json5(key, &value).map_err(failed(format!("set {key} to {value}")))?;
         }
         let session = zenoh::open(settings).wait().map_err(failed(what))?;
-        let pool = matches!(role, Role::Node { .. }).then(|| Arc::new(Pool::default()));
-        Ok(Self { session, pool })
+        Ok(Self { session, pool: Some(Arc::default()) })
     }
 
     /// Prepares to put on `key`.
@@ -154,6 +153,15 @@ impl Link {
             .wait()
             .map_err(failed(format!("declare {key}")))?;
         Ok(Outlet { publisher, pool: self.pool.clone() })
+    }
+
+    /// Prepares to put on `key` through the socket whatever the size: for what must outlive this process, whose shared
+    /// memory ends with it.
+    ///
+    /// # Errors
+    /// The key is not valid.
+    pub fn publisher_by_socket(&self, key: String) -> Result<Outlet, LinkError> {
+        Ok(Outlet { pool: None, ..self.publisher(key)? })
     }
 
     /// Has `receive` called for every message on `key`. It runs on Zenoh's thread: it may enqueue, not put.

@@ -106,9 +106,6 @@ impl<W: Write> Journal<W> {
                     return Ok(());
                 };
                 let version = checkpoint.envelope.as_ref().and_then(|envelope| envelope.version).unwrap_or_default();
-                if let Some(envelope) = &checkpoint.envelope {
-                    self.count(envelope);
-                }
                 self.seen = self.seen.split_off(&version);
                 ("Checkpoint", checkpoint.envelope)
             }

@@ -6,7 +6,8 @@ use std::{
 };
 
 use stagger_messages::{
-    Decision, Envelope, Field, Plan, Ready, Report, Source, Stop, Verdict, Version, codec, directive, keys, report,
+    Decision, Envelope, Field, Plan, Ready, Report, SCHEMA_VERSION, Source, Stop, Verdict, Version, codec, directive,
+    keys, report,
 };
 use stagger_solver::coupling::{COORDINATOR, Ensemble, Inbox, Outcome, Task};
 
@@ -184,7 +185,16 @@ impl Ensemble for Remote<'_> {
     }
 
     fn checkpoint(&mut self, version: Version, t_s: f64, course: Vec<u8>) {
-        let envelope = self.stamp(&Envelope { version: Some(version), t_s, ..Envelope::default() });
+        // Without a number: where the run goes on in another file, this message stands at its head.
+        let envelope = Envelope {
+            run: self.run.clone(),
+            schema: SCHEMA_VERSION,
+            epoch: self.epoch,
+            sender: COORDINATOR.into(),
+            version: Some(version),
+            t_s,
+            ..Envelope::default()
+        };
         self.checkpoints.begin(envelope, course);
     }
 

@@ -170,7 +170,7 @@ impl<'a> Remote<'a> {
     ) -> Result<Self, LinkError> {
         let (hear, events) = std::sync::mpsc::channel();
         let (reports, snapshots, life) = (hear.clone(), hear.clone(), hear.clone());
-        let mut checkpoints = Checkpoints::new(link.publisher(keys::checkpoint(run))?);
+        let mut checkpoints = Checkpoints::new(link.publisher_by_socket(keys::checkpoint(run))?);
         if let Some(checkpoint) = resume {
             checkpoints.keep(checkpoint)?;
         }
