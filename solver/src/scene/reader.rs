@@ -110,8 +110,8 @@ impl<'d> Table<'d> {
         self.given(key)
     }
 
-    fn record(&self, key: &Key, shown: String, is_default: bool) {
-        let value = Value { path: self.path_of(key.name), value: shown, is_default, doc: key.doc };
+    fn record(&self, key: &Key, shown: String, si: Vec<f64>, is_default: bool) {
+        let value = Value { path: self.path_of(key.name), value: shown, si, is_default, doc: key.doc };
         self.log.values.borrow_mut().push(value);
     }
 
@@ -143,7 +143,7 @@ impl<'d> Table<'d> {
         };
         match convert(node) {
             Ok(value) => {
-                self.record(key, show(&key.kind, node), is_default);
+                self.record(key, show(&key.kind, node), numbers_in(&key.kind, node), is_default);
                 Some(value)
             }
             Err((found, hint)) => {
@@ -175,7 +175,7 @@ impl<'d> Table<'d> {
         self.optional_number(key).unwrap_or_else(|| {
             let default = default();
             if let Kind::Number(quantity, _) = key.kind {
-                self.record(key, show_si(default, quantity), true);
+                self.record(key, show_si(default, quantity), vec![default], true);
             }
             default
         })
@@ -222,7 +222,7 @@ impl<'d> Table<'d> {
         self.optional_vector(key).unwrap_or_else(|| {
             if let Kind::Vector(quantity) = key.kind {
                 let shown = default.map(|component| show_si(component, &units::NUMBER)).join(", ");
-                self.record(key, format!("[{shown}] {}", quantity.unit), true);
+                self.record(key, format!("[{shown}] {}", quantity.unit), default.to_vec(), true);
             }
             default
         })
@@ -302,7 +302,7 @@ impl<'d> Table<'d> {
                 Ok((value, _)) if range.contains(value) => {
                     numbers.insert(name.clone(), value);
                     let shown = show(&Kind::Number(quantity, range), node);
-                    let value = Value { path, value: shown, is_default: false, doc: key.doc };
+                    let value = Value { path, value: shown, si: vec![value], is_default: false, doc: key.doc };
                     self.log.values.borrow_mut().push(value);
                 }
                 Ok((_, found)) | Err((found, _)) => {
@@ -420,6 +420,19 @@ fn si_value(node: &Node, quantity: &Quantity) -> Result<(f64, String), Mismatch>
     }
     let hint = format!("write \"{text} {}\"; a number without quotes is in SI units", quantity.unit);
     Err((format!("{text:?} without a unit"), Some(hint)))
+}
+
+/// The numbers a value holds, in SI units; none in a text, a choice or a flag.
+fn numbers_in(kind: &Kind, node: &Node) -> Vec<f64> {
+    match (kind, &node.item) {
+        (Kind::Number(quantity, _), _) => si_value(node, quantity).into_iter().map(|(value, _)| value).collect(),
+        // To 53 bits: a longer seed is exact in its text.
+        (Kind::Whole(..), Item::Integer(value, _)) => vec![*value as f64],
+        (Kind::Vector(quantity), Item::List(list)) => {
+            list.iter().filter_map(|node| si_value(node, quantity).ok()).map(|(value, _)| value).collect()
+        }
+        _ => Vec::new(),
+    }
 }
 
 /// A value as `check` shows it: as it was written, with the SI unit where it had none.
