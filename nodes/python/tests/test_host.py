@@ -82,6 +82,14 @@ class Trial(unittest.TestCase):
         run.iterate(again, dt_s=0.5)
         run.field(again, [3.0, 2.0])
         self.assertEqual(temperatures(run.told()), [(again, [301.0, 401.0])])
+        # The values of the attempt before that: nobody keeps them, so they are no reference.
+        third = V(1, 3, 1)
+        run.iterate(third, dt_s=0.5)
+        run.field(third, [3.0, 2.0])
+        told = run.told()
+        self.assertEqual(temperatures(told), [(third, [301.0, 401.0])])
+        done = Report.FromString(told[-1][2]).done
+        self.assertEqual((done.reused, done.changes[0].change), (False, 2.0))
 
     def test_equal_frozen_fields_give_the_last_reply_again_as_a_reference(self):
         run = Run().started(reuse_below=1e-7, measure=2)
@@ -99,6 +107,20 @@ class Trial(unittest.TestCase):
         run.field(V(1, 1, 4), [3.1, 2.0])
         told = run.told()
         self.assertEqual(temperatures(told), [(V(1, 1, 4), [302.05, 402.0])])
+        # Measured against the iterate before, to the rounding of 300.
+        self.assertAlmostEqual(Report.FromString(told[-1][2]).done.changes[0].change, 0.05, delta=1e-12)
+
+    def test_a_late_writer_may_refer_to_what_it_sent_before_the_accepted_version(self):
+        run = Run().started(same_iteration=False)
+        run.field(FIRST, [3.0, 2.0])
+        run.iterate(FIRST)
+        second = V(1, 1, 2)
+        run.iterate(second)
+        run.iterate(SECOND, committed=second, accept=second)
+        run.told()
+        run.field(second, [0.0, 0.0], same_as=FIRST)
+        # From 302 and 402 K of the second iteration, over 1 s at 3 and 2 K/s.
+        self.assertEqual(temperatures(run.told()), [(SECOND, [305.0, 404.0])])
 
     def test_what_somebody_lacks_is_published_again_whole(self):
         run = Run().started()
@@ -212,6 +234,17 @@ class Schedule(unittest.TestCase):
         run.iterate(third, committed=SECOND, accept=SECOND, parts=({"node": "optics", "committed": INITIAL},))
         run.field(third, [3.0, 2.0])
         self.assertEqual(temperatures(run.told()), [(third, [304.0, 406.0])])
+
+    def test_what_a_resting_writer_committed_outlives_an_attempt_in_which_it_solved(self):
+        run = Run().started()
+        resting = {"node": "optics", "rests": True, "committed": INITIAL}
+        run.iterate(FIRST, parts=({"node": "optics", "committed": INITIAL},))
+        run.field(FIRST, [9.0, 9.0])
+        second = V(1, 2, 1)
+        run.iterate(second, parts=({**resting},))
+        run.told()
+        run.iterate(SECOND, committed=second, accept=second, parts=({**resting},))
+        self.assertEqual(temperatures(run.told()), [(SECOND, [302.0, 404.0])])
 
     def test_a_node_of_its_own_rate_rests_and_then_solves_from_its_own_commit(self):
         run = Run().started()
