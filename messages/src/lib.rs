@@ -128,3 +128,29 @@ impl Energy {
         Self { name: name.into(), kind: energy::Kind::Lost.into(), joule }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::{env, fs, path::Path};
+
+    /// The Python kit makes its message classes from a copy of the descriptors, so that it needs no protoc.
+    #[test]
+    fn the_descriptors_of_the_python_kit_are_these() {
+        let copy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../nodes/python/stagger/descriptors.bin");
+        if env::var_os("STAGGER_BLESS").is_some() {
+            fs::write(&copy, super::DESCRIPTORS).unwrap();
+        }
+        assert!(
+            fs::read(&copy).unwrap() == super::DESCRIPTORS,
+            "{} is stale: run this test again with STAGGER_BLESS=1",
+            copy.display()
+        );
+    }
+
+    #[test]
+    fn the_python_kit_speaks_this_schema() {
+        let kit = Path::new(env!("CARGO_MANIFEST_DIR")).join("../nodes/python/stagger/messages.py");
+        let line = format!("SCHEMA_VERSION = {}", super::SCHEMA_VERSION);
+        assert!(fs::read_to_string(&kit).unwrap().lines().any(|other| other == line), "{} lacks {line}", kit.display());
+    }
+}

@@ -117,6 +117,8 @@ impl Worker {
             .env("STAGGER_CONNECT", &common.connect)
             .env("STAGGER_SCENE", &common.scene)
             .env("STAGGER_SCENE_HASH", common.scene_hash.to_string())
+            .env("STAGGER_OVERRIDES", serde_json::json!(common.overrides).to_string())
+            .env("STAGGER_PROGRAM", std::env::current_exe()?)
             // Ctrl-C is for the coordinator, which lets the nodes finish their step.
             .process_group(0)
             .stdin(Stdio::piped())

@@ -1,6 +1,7 @@
 //! The processes of stagger: the Zenoh link, the host of a node, the coordinator, the launcher and the command line.
 
 pub mod check;
+pub mod check_json;
 pub mod cli;
 pub mod coordinator;
 pub mod diagnostics;

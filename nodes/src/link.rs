@@ -91,7 +91,10 @@ pub struct Arrival {
 #[derive(Clone)]
 pub struct Link {
     session: Session,
-    pool: Option<Arc<Pool>>,
+    pool: Arc<Pool>,
+    /// Whether what is put goes through shared memory where nothing else is asked for: it ends with its process, and a
+    /// hub that replays may end right after its last put.
+    shares: bool,
 }
 
 /// Stops what it stands for when dropped.
@@ -136,7 +139,7 @@ impl Link {
             settings.insert_json5(key, &value).map_err(failed(format!("set {key} to {value}")))?;
         }
         let session = zenoh::open(settings).wait().map_err(failed(what))?;
-        Ok(Self { session, pool: Some(Arc::default()) })
+        Ok(Self { session, pool: Arc::default(), shares: matches!(role, Role::Node { .. }) })
     }
 
     /// Prepares to put on `key`.
@@ -152,7 +155,15 @@ impl Link {
             .express(true)
             .wait()
             .map_err(failed(format!("declare {key}")))?;
-        Ok(Outlet { publisher, pool: self.pool.clone() })
+        Ok(Outlet { publisher, pool: self.shares.then(|| Arc::clone(&self.pool)) })
+    }
+
+    /// Prepares to put on `key`, large payloads through shared memory, also from the hub.
+    ///
+    /// # Errors
+    /// The key is not valid.
+    pub fn publisher_sharing(&self, key: String) -> Result<Outlet, LinkError> {
+        Ok(Outlet { pool: Some(Arc::clone(&self.pool)), ..self.publisher(key)? })
     }
 
     /// Prepares to put on `key` through the socket whatever the size: for what must outlive this process, whose shared

@@ -5,6 +5,7 @@
 
 mod bad_runs;
 mod by_hand;
+mod commands;
 mod faults;
 mod live;
 mod program;

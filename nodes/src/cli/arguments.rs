@@ -22,6 +22,9 @@ pub(super) enum Command {
     Check {
         #[command(flatten)]
         scene: SceneArguments,
+        /// Print every value in SI units, and what each physics is set up with, as JSON (docs/check.md)
+        #[arg(long)]
+        json: bool,
     },
     /// Run one physics of a scene as a node of a run started elsewhere
     Node(NodeArguments),

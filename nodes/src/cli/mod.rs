@@ -1,6 +1,7 @@
 //! The command line: raw arguments, then a validated scene, then the work. Results on stdout, diagnostics on stderr.
 
 mod arguments;
+mod words;
 
 use std::{
     path::{Path, PathBuf},
@@ -18,7 +19,7 @@ use stagger_recordings::{Recording, Summary as RecordingSummary};
 use stagger_solver::scene::Scene;
 
 use crate::{
-    check,
+    check, check_json,
     coordinator::RunError,
     diagnostics,
     host::NodeEnd,
@@ -47,7 +48,7 @@ enum End {
 pub fn main(arguments: Arguments) -> ExitCode {
     let end = match arguments.command {
         Command::Run(arguments) => run_scene(arguments),
-        Command::Check { scene } => check_scene(&scene),
+        Command::Check { scene, json } => check_scene(&scene, json),
         Command::Node(arguments) => run_node(arguments),
         Command::Coordinator { scene, listen, output, config } => {
             let options = Options { listen: Some(listen), config, ..Options::default() };
@@ -125,7 +126,10 @@ fn run_scene(arguments: RunArguments) -> End {
         if let Err(error) = keys::check_name(&node) {
             return End::Code(USAGE, format!("--node {node}: {error}"));
         }
-        commands.insert(node, command.split_whitespace().map(str::to_owned).collect());
+        match words::split(&command) {
+            Ok(words) => commands.insert(node, words),
+            Err(error) => return End::Code(USAGE, format!("--node {node}={command}: {error}")),
+        };
     }
     let view = match (arguments.view, view::bridge()) {
         (false, _) => None,
@@ -211,11 +215,18 @@ fn how_to_go_on(path: &Path) -> String {
     format!("; the same command with --resume {} goes on from step {step}", path.display())
 }
 
-fn check_scene(arguments: &SceneArguments) -> End {
+fn check_scene(arguments: &SceneArguments, json: bool) -> End {
     let scene = match read_scene(&arguments.scene, &arguments.overrides) {
         Ok(scene) => scene,
         Err(end) => return end,
     };
+    if json {
+        let report = check_json::report(&scene);
+        if let Err(end) = print_json(&report) {
+            return end;
+        }
+        return report.problem.map_or(End::Done, |problem| End::Code(USAGE, problem));
+    }
     match check::describe(&scene) {
         Ok(text) => {
             print(text.trim_end());

@@ -40,7 +40,7 @@ impl Remote<'_> {
                     // A coordinator that has ended needs no more events.
                     let _ = hear.send(Event::Field(arrival));
                 })?);
-                let outlet = self.link.publisher(keys::field(&self.run, COORDINATOR, field))?;
+                let outlet = self.link.publisher_sharing(keys::field(&self.run, COORDINATOR, field))?;
                 self.outlets.insert(field.clone(), outlet);
             }
         }

@@ -5,8 +5,10 @@ pub mod optics;
 pub mod particles;
 pub mod thermal;
 
+use serde::Serialize;
+
 /// A wall as the other physics see it: its rows in wall-contact fields carry its index in the scene's order.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Wall {
     /// Name in the scene.
     pub name: String,
@@ -17,7 +19,7 @@ pub struct Wall {
 }
 
 /// An infinite plane; particles stay on the side its normal points to.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Plane {
     /// A point on it, in m.
     pub through: [f64; 3],

@@ -26,6 +26,7 @@ pub use key::{Fallback, Key, Kind, Range, Section};
 use problems::{Mistake, Place};
 pub use problems::{Problem, Problems};
 use reader::{Log, Table};
+use serde::Serialize;
 use tree::{Entry, Item, Node};
 
 use crate::{
@@ -120,12 +121,14 @@ pub enum Level {
 }
 
 /// A value in effect.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Value {
     /// Its key: `particles.radius.mean`.
     pub path: String,
     /// The value with its unit.
     pub value: String,
+    /// The number in SI units, or the components of a vector; empty for a text, a choice, a flag.
+    pub si: Vec<f64>,
     /// Whether it is a default.
     pub is_default: bool,
     /// What it does.

@@ -110,8 +110,8 @@ impl<'d> Table<'d> {
         self.given(key)
     }
 
-    fn record(&self, key: &Key, shown: String, is_default: bool) {
-        let value = Value { path: self.path_of(key.name), value: shown, is_default, doc: key.doc };
+    fn record(&self, key: &Key, shown: String, si: Vec<f64>, is_default: bool) {
+        let value = Value { path: self.path_of(key.name), value: shown, si, is_default, doc: key.doc };
         self.log.values.borrow_mut().push(value);
     }
 
@@ -143,7 +143,7 @@ impl<'d> Table<'d> {
         };
         match convert(node) {
             Ok(value) => {
-                self.record(key, show(&key.kind, node), is_default);
+                self.record(key, show(&key.kind, node), numbers_in(&key.kind, node), is_default);
                 Some(value)
             }
             Err((found, hint)) => {
@@ -175,7 +175,7 @@ impl<'d> Table<'d> {
         self.optional_number(key).unwrap_or_else(|| {
             let default = default();
             if let Kind::Number(quantity, _) = key.kind {
-                self.record(key, show_si(default, quantity), true);
+                self.record(key, show_si(default, quantity), vec![default], true);
             }
             default
         })
@@ -219,7 +219,7 @@ impl<'d> Table<'d> {
         self.optional_vector(key).unwrap_or_else(|| {
             if let Kind::Vector(quantity) = key.kind {
                 let shown = default.map(|component| show_si(component, &units::NUMBER)).join(", ");
-                self.record(key, format!("[{shown}] {}", quantity.unit), true);
+                self.record(key, format!("[{shown}] {}", quantity.unit), default.to_vec(), true);
             }
             default
         })
@@ -285,26 +285,28 @@ impl<'d> Table<'d> {
     /// Numbers under names the user chose.
     pub fn numbers(&self, key: &'static Key) -> BTreeMap<String, f64> {
         let Kind::Numbers(quantity, range) = key.kind else { return BTreeMap::new() };
-        self.by_name(key, &Kind::Number(quantity, range), &range.describe(quantity), |node| {
+        let convert = |node: &Node| {
             let (value, found) = si_value(node, quantity)?;
             if range.contains(value) { Ok(value) } else { Err((found, None)) }
-        })
+        };
+        self.by_name(key, &Kind::Number(quantity, range), &range.describe(quantity), convert, |value| value)
     }
 
     /// Whole numbers under names the user chose.
     pub fn wholes(&self, key: &'static Key) -> BTreeMap<String, u64> {
         let Kind::Wholes(low, high) = key.kind else { return BTreeMap::new() };
         let kind = Kind::Whole(low, high);
-        self.by_name(key, &kind, &kind.expected(), |node| whole(node, low, high))
+        self.by_name(key, &kind, &kind.expected(), |node| whole(node, low, high), |value| value as f64)
     }
 
     /// Values under names the user chose, each of a kind.
-    fn by_name<T>(
+    fn by_name<T: Copy>(
         &self,
         key: &'static Key,
         kind: &Kind,
         expected: &str,
         convert: impl Fn(&Node) -> Result<T, Mismatch>,
+        si: impl Fn(T) -> f64,
     ) -> BTreeMap<String, T> {
         let Some((place, node)) = self.ask(key) else { return BTreeMap::new() };
         let Item::Table(entries) = &node.item else {
@@ -318,7 +320,8 @@ impl<'d> Table<'d> {
             match convert(node) {
                 Ok(value) => {
                     values.insert(name.clone(), value);
-                    let value = Value { path, value: show(kind, node), is_default: false, doc: key.doc };
+                    let si = vec![si(value)];
+                    let value = Value { path, value: show(kind, node), si, is_default: false, doc: key.doc };
                     self.log.values.borrow_mut().push(value);
                 }
                 Err((found, _)) => self.mistake(node.place, path, format!("expected {expected}, found {found}"), None),
@@ -438,6 +441,19 @@ fn si_value(node: &Node, quantity: &Quantity) -> Result<(f64, String), Mismatch>
     }
     let hint = format!("write \"{text} {}\"; a number without quotes is in SI units", quantity.unit);
     Err((format!("{text:?} without a unit"), Some(hint)))
+}
+
+/// The numbers a value holds, in SI units; none in a text, a choice or a flag.
+fn numbers_in(kind: &Kind, node: &Node) -> Vec<f64> {
+    match (kind, &node.item) {
+        (Kind::Number(quantity, _), _) => si_value(node, quantity).into_iter().map(|(value, _)| value).collect(),
+        // To 53 bits: a longer seed is exact in its text.
+        (Kind::Whole(..), Item::Integer(value, _)) => vec![*value as f64],
+        (Kind::Vector(quantity), Item::List(list)) => {
+            list.iter().filter_map(|node| si_value(node, quantity).ok()).map(|(value, _)| value).collect()
+        }
+        _ => Vec::new(),
+    }
 }
 
 /// A value as `check` shows it: as it was written, with the SI unit where it had none.

@@ -1,5 +1,7 @@
+use serde::Serialize;
+
 /// Everything the absorption of the laser depends on. SI units.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Settings {
     /// Number of particles.
     pub count: usize,
@@ -10,7 +12,8 @@ pub struct Settings {
 }
 
 /// How absorption is computed, cheapest first.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Model {
     /// All power spread over the particles by mass (Zohdi 2018, eq. 6.39).
     EnergyBalance,
@@ -30,7 +33,7 @@ pub enum Model {
 }
 
 /// A laser beam: parallel light along `direction`, switched on from `starts_s` to `ends_s`.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Beam {
     /// Power while on, in W.
     pub power_w: f64,
@@ -49,7 +52,7 @@ pub struct Beam {
 }
 
 /// A train of pulses from the beam's start.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Pulses {
     /// Time from one pulse's start to the next's, in s.
     pub period_s: f64,
@@ -58,7 +61,8 @@ pub struct Pulses {
 }
 
 /// Irradiance over the beam's cross-section as a function of the distance d from its axis.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Profile {
     /// Constant within the radius.
     TopHat {
@@ -78,7 +82,8 @@ pub enum Profile {
 }
 
 /// Path of the beam's axis.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Path {
     /// Stays at a point.
     Fixed {

@@ -1,7 +1,9 @@
+use serde::Serialize;
+
 use crate::physics::Wall;
 
 /// Everything the particle dynamics of a scene depends on. SI units.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Settings {
     /// Number of particles; zero is allowed.
     pub count: usize,
@@ -39,7 +41,8 @@ pub struct Settings {
 }
 
 /// Where particles start.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Start {
     /// Random sequential addition without overlap (Widom 1966) in an axis-aligned box, moving with one velocity.
     SequentialAddition {
@@ -62,7 +65,7 @@ pub enum Start {
 }
 
 /// Normal contact.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Contact {
     /// The law.
     pub law: ContactLaw,
@@ -77,7 +80,8 @@ pub struct Contact {
 }
 
 /// Law of the normal force.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum ContactLaw {
     /// K_p |E|^p A (eq. 6.7).
     Overlap {
@@ -96,7 +100,7 @@ pub enum ContactLaw {
 }
 
 /// The monograph's regularised friction (eqs. 6.11–6.15).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Friction {
     /// K_f, in N per m of sliding and m² of contact area.
     pub stiffness_n_m3: f64,
@@ -107,7 +111,7 @@ pub struct Friction {
 }
 
 /// Stokes drag 6π c_e R (v_e − v) (eq. 6.22).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Drag {
     /// Viscosity c_e of the gas, in Pa s.
     pub viscosity_pa_s: f64,
@@ -116,7 +120,8 @@ pub struct Drag {
 }
 
 /// Time integration inside a window.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Integrator {
     /// Velocity Verlet with equal substeps.
     Verlet {

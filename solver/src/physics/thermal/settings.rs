@@ -1,7 +1,9 @@
+use serde::Serialize;
+
 use crate::physics::Wall;
 
 /// Everything the particles' temperature depends on. SI units.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Settings {
     /// Number of particles.
     pub count: usize,
@@ -28,7 +30,8 @@ pub struct Settings {
 }
 
 /// Conductance of a contact, in W/K.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Conductance {
     /// K A/d, the monograph's (eq. 6.35).
     Monograph,

@@ -1,0 +1,116 @@
+"""The temperature of the particles, in Python: takes the place of the built-in thermal node and gives the same bits.
+
+    stagger run scenes/deposition-laser.toml --node thermal="python3 nodes/python/examples/thermal.py"
+
+The models and their sources are those of solver/src/physics/thermal: m C dT/dt = sum G (T_j - T_i) + H through contacts
+and walls (Zohdi 2018, eqs. 6.35-6.37), by the trapezoidal rule with weight phi (eqs. 6.44, 10.30).
+"""
+
+import numpy as np
+
+from stagger import Node, Port, Reply, gained, lost, run, stored
+
+
+class Thermal(Node):
+    writes = [Port("temperature", "K", "particles", measure="magnitude")]
+
+    def __init__(self):
+        self.settings = self.scene["physics"]["thermal"]
+        # A wall without a temperature is insulated: NaN here.
+        self.walls_k = np.array([wall["temperature_k"] for wall in self.settings["walls"]], dtype=float)
+        self.reads = [Port("radii", "m", "particles")]
+        for kind, support in (("contact", "contacts"), ("wall_contact", "wall-contacts")):
+            self.reads += [
+                Port(f"{kind}_pairs", "1", support, components=2, kind="u32"),
+                Port(f"{kind}_area", "m^2", support),
+                Port(f"{kind}_distance", "m", support),
+            ]
+        if self.settings["reads_absorbed_power"]:
+            self.reads.append(Port("absorbed_power", "W", "particles"))
+
+    def initial(self):
+        start_k = np.full(self.settings["count"], self.settings["temperature_k"])
+        return start_k, Reply({"temperature": start_k}, ledger=[stored("heat", 0.0)])
+
+    def solve(self, start_k, frozen, window):
+        phi, dt_s = self.settings["phi"], window.dt_s
+        radii_m = frozen.end["radii"]
+        masses_kg = self.settings["density_kg_m3"] * 4.0 / 3.0 * np.pi * (radii_m * radii_m * radii_m)
+        capacities_j_k = masses_kg * self.settings["heat_capacity_j_kg_k"]
+        absorbed_w = frozen.end["absorbed_power"] if self.settings["reads_absorbed_power"] else np.zeros(len(start_k))
+        at_start, at_end = Network(self, frozen.start), Network(self, frozen.end)
+
+        flow_w, start_to_walls_w = at_start.heat_flow(start_k)
+        known_j = dt_s * ((1.0 - phi) * flow_w + absorbed_w)
+        # Each sweep takes a particle's own temperature at its new value (Jacobi), which contracts for every dt.
+        contraction = 1.0 + phi * dt_s * at_end.at_particle_w_k / capacities_j_k
+        iterate_k, step_factor = start_k.copy(), None
+        for sweep in range(1, self.settings["iterations"] + 1):
+            flow_w, end_to_walls_w = at_end.heat_flow(iterate_k)
+            temperatures_k = start_k + (known_j + phi * dt_s * flow_w) / capacities_j_k
+            residual_k = temperatures_k - iterate_k
+            largest_k = np.max(np.abs(temperatures_k), initial=0.0)
+            change = np.max(np.abs(residual_k), initial=0.0) / largest_k if largest_k > 0.0 else 0.0
+            if phi == 0.0 or change <= self.settings["tolerance"]:
+                break
+            iterate_k += residual_k / contraction
+        else:
+            factor = (self.settings["tolerance"] / change) ** (1.0 / self.settings["iterations"])  # eq. 6.50, p = 1
+            step_factor = float(np.clip(factor, 0.1, 0.9))
+
+        # The result is the last insertion itself, so that no heat appears or vanishes whatever the tolerance.
+        to_walls_j = dt_s * (phi * end_to_walls_w + (1.0 - phi) * start_to_walls_w)
+        ledger = [
+            stored("heat", in_order(capacities_j_k * (temperatures_k - self.settings["temperature_k"]))),
+            gained("absorbed", in_order(absorbed_w * dt_s)),
+            lost("to_walls", to_walls_j),
+        ]
+        return temperatures_k, Reply({"temperature": temperatures_k}, ledger, {"iterations": sweep}, step_factor)
+
+
+class Network:
+    """The contacts of one instant: conductances G, in W/K."""
+
+    def __init__(self, node, fields):
+        self.count = node.settings["count"]
+        self.pairs, self.pairs_w_k = contacts(node, fields, "contact")
+        walls, walls_w_k = contacts(node, fields, "wall_contact")
+        conducts = ~np.isnan(node.walls_k[walls[:, 1]])
+        self.at_wall, self.walls_w_k = walls[conducts, 0], walls_w_k[conducts]
+        self.wall_k = node.walls_k[walls[conducts, 1]]
+        # One row after the other, as the contacts are listed: floating-point sums depend on their order.
+        self.rows = np.concatenate([self.pairs.ravel(), self.at_wall])
+        self.at_particle_w_k = self.sum(np.concatenate([np.repeat(self.pairs_w_k, 2), self.walls_w_k]))
+
+    def sum(self, values):
+        return np.bincount(self.rows, values, self.count)
+
+    def heat_flow(self, temperatures_k):
+        """Heat flowing into each particle, and what flows out to the walls, in W."""
+        i, j = self.pairs.T
+        flow_w = self.pairs_w_k * (temperatures_k[j] - temperatures_k[i])
+        from_walls_w = self.walls_w_k * (self.wall_k - temperatures_k[self.at_wall])
+        into_w = np.concatenate([np.stack([flow_w, -flow_w], axis=1).ravel(), from_walls_w])
+        return self.sum(into_w), -in_order(from_walls_w)
+
+
+def contacts(node, fields, kind):
+    names = [f"{kind}_{part}" for part in ("pairs", "area", "distance")]
+    if len({fields.revision(name) for name in names}) > 1:
+        raise ValueError(f"{', '.join(names)} are of different contact lists")
+    pairs, area_m2, distance_m = (fields[name] for name in names)
+    conductivity = node.settings["conductivity_w_m_k"]
+    if node.settings["conductance"] == "constriction":
+        conductance_w_k = 2.0 * conductivity * np.sqrt(np.maximum(area_m2, 0.0) / np.pi)  # Holm 1967
+    else:
+        conductance_w_k = conductivity * area_m2 / np.where(area_m2 > 0.0, distance_m, 1.0)  # eq. 6.35
+    conducts = area_m2 > 0.0
+    return pairs[conducts].astype(np.intp), conductance_w_k[conducts]
+
+
+def in_order(values):
+    return float(np.add.accumulate(values)[-1]) if len(values) else 0.0
+
+
+if __name__ == "__main__":
+    run(Thermal)

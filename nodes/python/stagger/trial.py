@@ -1,0 +1,174 @@
+"""A node's committed state and its current trial, and what the coordinator is told about it."""
+
+from __future__ import annotations
+
+import io
+import pickle
+import sys
+from dataclasses import dataclass, field
+from typing import Any
+
+from .change import change, relative
+from .fields import Field, Frozen, Malformed, Values, Window
+from .messages import ENERGY, Energy, Report, Version
+from .node import Node, Reply
+
+Fields = dict[str, Field]
+_NUMPY = {"_frombuffer", "_reconstruct", "dtype", "ndarray", "scalar"}
+
+
+class NotFinite(ArithmeticError):
+    """A value of a reply that is not finite: the step may succeed when it is smaller."""
+
+
+class Refused(RuntimeError):
+    """The coordinator asked for what cannot be done."""
+
+
+@dataclass
+class FrozenFields:
+    """The fields frozen for one trial, at the window's start and end."""
+
+    start: Fields = field(default_factory=dict)
+    end: Fields = field(default_factory=dict)
+
+
+@dataclass
+class Answer:
+    """The written fields at the window's end, and a `Done` without times and counts."""
+
+    fields: Fields
+    done: Any
+
+
+@dataclass
+class _Trial:
+    version: Version
+    window: Window
+    frozen: FrozenFields
+    state: Any
+    answer: Answer
+
+
+class Trials:
+    """Solves trials from the last committed state; nothing is kept until `commit`."""
+
+    def __init__(self, name: str, node: Node) -> None:
+        self.name = name
+        self.node = node
+        self._measures: dict[str, tuple[str, float]] = {}
+        self._committed: tuple[Any, Fields] | None = None
+        self._trial: _Trial | None = None
+
+    def set_sources(self, measures: dict[str, tuple[str, float]]) -> None:
+        """How each frozen field is measured, and the relative change below which the last reply is given again."""
+        self._measures = measures
+
+    def initial(self) -> tuple[Fields, list[Any]]:
+        """The written fields and the energy held at t = 0."""
+        state, reply = self.node.initial()
+        fields = self._checked(reply)
+        self._committed, self._trial = (state, fields), None
+        return fields, _ledger(reply)
+
+    def solve(self, version: Version, window: Window, frozen: FrozenFields) -> Answer:
+        """One trial; where the frozen fields are those of the trial before, its reply once more."""
+        if self._committed is None:
+            raise Refused(f"{self.name}: asked for {version} before its start")
+        trial = self._trial
+        if trial and (trial.version[:2] != version[:2] or trial.window != window):
+            trial = None
+        if trial and self._unchanged(trial, frozen):
+            done = type(trial.answer.done)()
+            done.CopyFrom(trial.answer.done)
+            for entry in done.changes:
+                entry.change = 0.0
+            done.reused = True
+            trial.version = version
+            return Answer(trial.answer.fields, done)
+        state, committed = self._committed
+        state, reply = self.node.solve(state, Frozen(Values(frozen.start), Values(frozen.end)), window)
+        fields = self._checked(reply)
+        previous = trial.answer.fields if trial else committed
+        done = Report().done
+        measured = [name for name in sorted(fields) if fields[name].port.measure != "none"]
+        done.changes.extend(change(fields[name], previous[name], committed[name]) for name in measured)
+        done.converged = reply.step_factor is None
+        done.step_factor = 1.0 if reply.step_factor is None else reply.step_factor
+        done.ledger.extend(_ledger(reply))
+        for name, value in reply.figures.items():
+            done.figures[name] = value
+        answer = Answer(fields, done)
+        self._trial = _Trial(version, window, frozen, state, answer)
+        return answer
+
+    def commit(self, version: Version) -> Fields:
+        """Makes the last trial the state the next ones start from; returns its fields."""
+        trial = self._trial
+        if trial is None or trial.version != version:
+            held = trial.version if trial else "none"
+            raise Refused(f"{self.name}: asked to commit {version}, but holds {held}")
+        self._committed, self._trial = (trial.state, trial.answer.fields), None
+        return trial.answer.fields
+
+    def snapshot(self) -> bytes:
+        """The committed state, for `restore`."""
+        if self._committed is None:
+            raise Refused(f"{self.name}: asked for its state before its start")
+        return pickle.dumps(self._committed[0], protocol=5)
+
+    def restore(self, state: bytes, fields: Fields) -> None:
+        """Goes on from a state that was committed with these fields."""
+        module = type(self.node).__module__
+        self._committed, self._trial = (_Unpickler(io.BytesIO(state), module).load(), fields), None
+
+    def _unchanged(self, trial: _Trial, frozen: FrozenFields) -> bool:
+        for name, new in frozen.end.items():
+            old = trial.frozen.end[name]
+            if new.same(old):
+                continue
+            measure, below = self._measures.get(name, ("none", 0.0))
+            if below <= 0.0 or not new.stands_as(old):
+                return False
+            if relative(change(new, old, frozen.start[name]), measure) >= below:
+                return False
+        return True
+
+    def _checked(self, reply: Any) -> Fields:
+        if not isinstance(reply, Reply):
+            raise Malformed(f"{self.name} answered with {type(reply).__name__}, but must return a state and a Reply")
+        ports = {port.field: port for port in self.node.writes}
+        if set(reply.fields) != set(ports):
+            raise Malformed(
+                f"{self.name} answered with the fields {sorted(reply.fields)}, but its ports say {sorted(ports)}"
+            )
+        fields = {name: Field.new(port, reply.fields[name]) for name, port in sorted(ports.items())}
+        for name, written in fields.items():
+            at = written.first_not_finite()
+            if at is not None:
+                value, row = written.values.ravel()[at], at // written.port.components
+                raise NotFinite(
+                    f"{self.name}: field `{name}` is {value} in row {row}: "
+                    "the step is too large or an input is not physical"
+                )
+        return fields
+
+
+def _ledger(reply: Reply) -> list[Any]:
+    return [Energy(name=name, kind=ENERGY[kind], joule=joule) for name, kind, joule in reply.ledger]
+
+
+class _Unpickler(pickle.Unpickler):
+    """Reads states: NumPy's arrays and the classes of the node's own module, so that a message cannot run code."""
+
+    def __init__(self, source: io.BytesIO, module: str) -> None:
+        super().__init__(source)
+        self._module = module
+
+    def find_class(self, module: str, name: str) -> Any:
+        if module.split(".")[0] == "numpy" and name in _NUMPY:
+            return super().find_class(module, name)
+        found = getattr(sys.modules.get(self._module), name, None) if module == self._module else None
+        if isinstance(found, type) and found.__module__ == module:
+            return found
+        raise pickle.UnpicklingError(f"a state holds {module}.{name}, which is no class of {self._module}")

@@ -1,0 +1,338 @@
+"""The protocol of a node, spoken to it without a network."""
+
+import contextlib
+import io
+import pickle
+import unittest
+
+import numpy as np
+from doubles import RUN, Run, V, Warming, temperatures
+
+from stagger import Reply
+from stagger.host import Event
+from stagger.messages import INITIAL, FieldMessage, Manifest, Report, Snapshot
+
+FIRST, SECOND = V(1, 1, 1), V(2, 1, 1)
+
+
+class Handshake(unittest.TestCase):
+    def test_the_token_comes_last_and_the_manifest_says_the_ports(self):
+        run = Run()
+        self.assertTrue(run.link.declared[-1].startswith(f"stagger/{RUN}/live/thermal/"))
+        manifest = Manifest.FromString(run.link.answers[f"stagger/{RUN}/meta/thermal"]()[0][2])
+        self.assertEqual((manifest.node, manifest.scene_hash, manifest.ports.reads[0].field), ("thermal", 7, "heat"))
+        self.assertEqual((manifest.ports.writes[0].unit, manifest.ports.writes[0].components), ("K", 1))
+
+    def test_ready_waits_for_the_fields_read_and_is_told_again_with_every_plan(self):
+        run = Run()
+        run.plan()
+        self.assertEqual(temperatures(run.link.put), [(INITIAL, [300.0, 400.0])])
+        self.assertEqual(run.reports(), [])
+        run.field(INITIAL, [1.0, 2.0])
+        (ready,) = run.reports()
+        self.assertEqual((ready.ready.ledger[0].name, ready.envelope.epoch), ("heat", 1))
+        run.plan()
+        self.assertEqual(temperatures(run.link.put), [(INITIAL, [300.0, 400.0])])
+        self.assertEqual([report.WhichOneof("body") for report in run.reports()], ["ready"])
+
+    def test_a_field_that_comes_before_the_plan_counts(self):
+        run = Run()
+        run.field(INITIAL, [1.0, 2.0])
+        run.plan()
+        self.assertEqual([report.WhichOneof("body") for report in run.reports()], ["ready"])
+
+    def test_a_reader_that_comes_late_asks_for_the_newest_values(self):
+        run = Run().started()
+        ((key, attachment, payload),) = run.link.answers[f"stagger/{RUN}/field/thermal/*"]()
+        self.assertEqual(key, f"stagger/{RUN}/field/thermal/temperature")
+        self.assertEqual(list(np.frombuffer(payload)), [300.0, 400.0])
+
+    def test_the_end_of_the_coordinator_is_the_end(self):
+        self.assertFalse(Run().host.take(Event("gone")).completed)
+
+
+class Trial(unittest.TestCase):
+    def test_a_trial_waits_for_its_fields_and_is_committed_once(self):
+        run = Run().started()
+        run.iterate(FIRST)
+        self.assertEqual(run.told(), [])
+        run.field(FIRST, [3.0, 2.0])
+        (report,) = run.reports()
+        done = report.done
+        # The mean of 1 and 3, of 2 and 2, over 1 s.
+        self.assertEqual((done.converged, done.figures["window [s]"]), (True, 1.0))
+        self.assertEqual((done.fields, done.bytes), (1, 16))
+        (change,) = done.changes
+        self.assertEqual((change.change, change.magnitude, change.rows, change.worst_row), (4.0, 704.0, 2, 0))
+        for _ in range(2):
+            run.iterate(SECOND, committed=FIRST, accept=FIRST)
+        run.field(SECOND, [3.0, 2.0])
+        self.assertEqual(temperatures(run.told()), [(SECOND, [305.0, 404.0])])
+        self.assertTrue(run.stop(accept=SECOND).completed)
+        (farewell,) = run.reports()
+        (field,) = farewell.farewell.fields
+        self.assertEqual((field.min, field.mean, field.max), (305.0, 354.5, 404.0))
+
+    def test_a_rejected_attempt_leaves_nothing_behind(self):
+        run = Run().started()
+        run.iterate(FIRST)
+        run.field(FIRST, [3.0, 2.0])
+        run.told()
+        again = V(1, 2, 1)
+        run.iterate(again, dt_s=0.5)
+        run.field(again, [3.0, 2.0])
+        self.assertEqual(temperatures(run.told()), [(again, [301.0, 401.0])])
+        # The values of the attempt before that: nobody keeps them, so they are no reference.
+        third = V(1, 3, 1)
+        run.iterate(third, dt_s=0.5)
+        run.field(third, [3.0, 2.0])
+        told = run.told()
+        self.assertEqual(temperatures(told), [(third, [301.0, 401.0])])
+        done = Report.FromString(told[-1][2]).done
+        self.assertEqual((done.reused, done.changes[0].change), (False, 2.0))
+
+    def test_equal_frozen_fields_give_the_last_reply_again_as_a_reference(self):
+        run = Run().started(reuse_below=1e-7, measure=2)
+        run.iterate(FIRST)
+        run.field(FIRST, [3.0, 2.0])
+        run.told()
+        # The whole field changed by 1e-9 of itself: less than the share above.
+        for iteration, values, same_as in ((2, None, FIRST), (3, [3.0 + 5e-9, 2.0], None)):
+            version = V(1, 1, iteration)
+            run.iterate(version)
+            run.field(version, values or [0.0, 0.0], same_as=same_as)
+            told = run.told()
+            self.assertEqual(temperatures(told), [(version, V(1, 1, iteration - 1))])
+        run.iterate(V(1, 1, 4))
+        run.field(V(1, 1, 4), [3.1, 2.0])
+        told = run.told()
+        self.assertEqual(temperatures(told), [(V(1, 1, 4), [302.05, 402.0])])
+        # Measured against the iterate before, to the rounding of 300.
+        self.assertAlmostEqual(Report.FromString(told[-1][2]).done.changes[0].change, 0.05, delta=1e-12)
+
+    def test_a_late_writer_may_refer_to_what_it_sent_before_the_accepted_version(self):
+        run = Run().started(same_iteration=False)
+        run.field(FIRST, [3.0, 2.0])
+        run.iterate(FIRST)
+        second = V(1, 1, 2)
+        run.iterate(second)
+        run.iterate(SECOND, committed=second, accept=second)
+        run.told()
+        run.field(second, [0.0, 0.0], same_as=FIRST)
+        # From 302 and 402 K of the second iteration, over 1 s at 3 and 2 K/s.
+        self.assertEqual(temperatures(run.told()), [(SECOND, [305.0, 404.0])])
+
+    def test_what_somebody_lacks_is_published_again_whole(self):
+        run = Run().started()
+        run.iterate(FIRST)
+        run.field(FIRST, [3.0, 2.0])
+        first = run.told()
+        run.iterate(FIRST, again=True)
+        again = run.told()
+        self.assertEqual(temperatures(again), [(INITIAL, [300.0, 400.0]), (FIRST, [302.0, 402.0])])
+        self.assertEqual(len([topic for topic, _, _ in first + again if topic == "done/thermal"]), 2)
+
+    def test_sequence_numbers_have_no_gap(self):
+        run = Run()
+        run.plan()
+        run.field(INITIAL, [1.0, 2.0])
+        run.iterate(FIRST)
+        run.field(FIRST, [1.0, 2.0])
+        run.iterate(SECOND, committed=FIRST, accept=FIRST, checkpoint=True)
+        run.stop()
+        kinds = {"field": lambda a, p: FieldMessage.FromString(a), "done": lambda a, p: Report.FromString(p)}
+        kinds["snapshot"] = lambda a, p: Snapshot.FromString(p)
+        put = [kinds[topic.split("/")[0]](a, p).envelope for topic, a, p in run.told()]
+        self.assertEqual([envelope.sequence for envelope in put], list(range(6)))
+
+
+class Faults(unittest.TestCase):
+    def test_foreign_old_and_malformed_messages_are_refused_and_counted(self):
+        run = Run().started()
+        for name, value in (("run", "other"), ("schema", 1), ("epoch", 0)):
+            right = getattr(run, name)
+            setattr(run, name, value)
+            run.field(FIRST, [9.0, 9.0])
+            run.iterate(FIRST)
+            setattr(run, name, right)
+        run.field(FIRST, [9.0, 9.0], sender="stranger")
+        for kind in ("field", "directive"):
+            run.host.take(Event(kind, b"\xff\xff", b"\xff\xff"))
+        run.field(FIRST, [3.0, 2.0], same_as=V(1, 1, 9))
+        self.assertEqual(run.told(), [])
+        run.iterate(FIRST)
+        run.field(FIRST, [3.0, 2.0])
+        (report,) = run.reports()
+        self.assertEqual(report.done.refused, 9)
+
+    def test_a_value_that_is_not_finite_asks_for_a_smaller_step(self):
+        run = Run().started()
+        run.iterate(FIRST)
+        run.field(FIRST, [3.0, np.nan])
+        (report,) = run.reports()
+        self.assertTrue(report.failure.retry)
+        self.assertIn("field `temperature` is nan in row 1", report.failure.message)
+
+    def test_an_exception_is_told_and_the_node_goes_on(self):
+        class Broken(Warming):
+            def solve(self, state, frozen, window):
+                return state, Reply({"temperature": frozen.end["colour"]})
+
+        run = Run(Broken()).started()
+        run.iterate(FIRST)
+        with contextlib.redirect_stderr(io.StringIO()) as said:
+            run.field(FIRST, [3.0, 2.0])
+        (report,) = run.reports()
+        self.assertFalse(report.failure.retry)
+        self.assertIn("thermal: KeyError: 'no port reads `colour`'", report.failure.message)
+        self.assertIn("in solve", said.getvalue())
+        self.assertTrue(run.stop().completed)
+
+    def test_a_reply_that_does_not_fit_the_ports_is_told(self):
+        for fields, words in (
+            ({}, "its ports say ['temperature']"),
+            ({"temperature": np.zeros((2, 3))}, "has the shape (2, 3), but its port says (rows,)"),
+            ({"temperature": np.zeros(2, complex)}, "holds complex128 values"),
+        ):
+
+            class Wrong(Warming):
+                def solve(self, state, frozen, window, fields=fields):
+                    return state, Reply(fields)
+
+            run = Run(Wrong()).started()
+            run.iterate(FIRST)
+            with contextlib.redirect_stderr(io.StringIO()):
+                run.field(FIRST, [3.0, 2.0])
+            self.assertIn(words, run.reports()[0].failure.message)
+
+
+class Schedule(unittest.TestCase):
+    """Acceleration, rates, checkpoints, restart: version 2 of the schemas."""
+
+    def test_an_accelerated_field_comes_from_the_coordinator_from_the_second_iteration_on(self):
+        run = Run().started(same_iteration=False, accelerated=True)
+        run.iterate(FIRST)
+        self.assertEqual(temperatures(run.told()), [(FIRST, [301.0, 402.0])])
+        second = V(1, 1, 2)
+        run.iterate(second)
+        run.field(FIRST, [9.0, 9.0])
+        self.assertEqual(run.told(), [])
+        run.field(FIRST, [3.0, 4.0], sender="coordinator")
+        # The window's start stays the writer's committed value.
+        self.assertEqual(temperatures(run.told()), [(second, [302.0, 403.0])])
+
+    def test_a_writer_that_rests_is_read_at_its_own_version(self):
+        run = Run().started()
+        run.iterate(FIRST, parts=({"node": "optics", "rests": True, "committed": INITIAL},))
+        self.assertEqual(temperatures(run.told()), [(FIRST, [301.0, 402.0])])
+        run.iterate(
+            SECOND, committed=FIRST, accept=FIRST, parts=({"node": "optics", "rests": True, "committed": INITIAL},)
+        )
+        self.assertEqual(temperatures(run.told()), [(SECOND, [302.0, 404.0])])
+        # It solves again: the window's start is what it committed last.
+        third = V(3, 1, 1)
+        run.iterate(third, committed=SECOND, accept=SECOND, parts=({"node": "optics", "committed": INITIAL},))
+        run.field(third, [3.0, 2.0])
+        self.assertEqual(temperatures(run.told()), [(third, [304.0, 406.0])])
+
+    def test_what_a_resting_writer_committed_outlives_an_attempt_in_which_it_solved(self):
+        run = Run().started()
+        resting = {"node": "optics", "rests": True, "committed": INITIAL}
+        run.iterate(FIRST, parts=({"node": "optics", "committed": INITIAL},))
+        run.field(FIRST, [9.0, 9.0])
+        second = V(1, 2, 1)
+        run.iterate(second, parts=({**resting},))
+        run.told()
+        run.iterate(SECOND, committed=second, accept=second, parts=({**resting},))
+        self.assertEqual(temperatures(run.told()), [(SECOND, [302.0, 404.0])])
+
+    def test_a_node_of_its_own_rate_rests_and_then_solves_from_its_own_commit(self):
+        run = Run().started()
+        run.iterate(FIRST)
+        run.field(FIRST, [3.0, 4.0])
+        run.told()
+        mine = {"node": "thermal", "committed": FIRST, "t_s": 1.0, "dt_s": 2.0}
+        run.iterate(SECOND, committed=FIRST, accept=FIRST, parts=({**mine, "rests": True},))
+        run.field(SECOND, [100.0, 100.0])
+        self.assertEqual(run.told(), [])
+        third = V(3, 1, 1)
+        run.iterate(third, committed=SECOND, accept=SECOND, parts=({**mine},))
+        run.field(third, [5.0, 4.0])
+        # From 302 and 403 K over 2 s, between what optics held when this node committed last and what it gives now.
+        told = run.told()
+        self.assertEqual(temperatures(told), [(third, [310.0, 411.0])])
+        run.iterate(third, committed=SECOND, parts=({**mine},), again=True)
+        self.assertEqual(temperatures(run.told()), [(FIRST, [302.0, 403.0]), (third, [310.0, 411.0])])
+
+    def snapshot(self, run):
+        (message,) = [payload for topic, _, payload in run.told() if topic == "snapshot/thermal"]
+        return Snapshot.FromString(message)
+
+    def test_a_split_run_goes_on_as_the_unbroken_one(self):
+        run = Run().started()
+        run.iterate(FIRST)
+        run.field(FIRST, [3.0, 4.0])
+        run.told()
+        run.iterate(SECOND, committed=FIRST, accept=FIRST, checkpoint=True)
+        snapshot = self.snapshot(run)
+        self.assertEqual((V.of(snapshot.envelope.version), V.of(snapshot.committed)), (FIRST, FIRST))
+        self.assertEqual((list(snapshot.fields[0].f64), len(snapshot.frozen)), ([302.0, 403.0], 0))
+        run.field(SECOND, [1 / 3, 4.0])
+        unbroken = temperatures(run.told())
+
+        # In another process, and in the same one under a new epoch.
+        for later in (Run(), run):
+            later.epoch = 2
+            later.plan(start=FIRST)
+            self.assertEqual(later.told(), [], "nobody gives the snapshot yet")
+            later.link.restore = snapshot.SerializeToString()
+            later.plan(start=FIRST)
+            self.assertEqual(temperatures(later.link.put), [(FIRST, [302.0, 403.0])])
+            later.field(FIRST, [3.0, 4.0])
+            (ready,) = later.reports()
+            self.assertEqual((ready.WhichOneof("body"), V.of(ready.envelope.version)), ("ready", FIRST))
+            later.iterate(SECOND, committed=FIRST)
+            later.field(SECOND, [1 / 3, 4.0])
+            self.assertEqual(temperatures(later.told()), unbroken)
+            later.epoch = 1
+            later.iterate(SECOND, committed=FIRST, again=True)
+            self.assertEqual(later.told(), [], "an older epoch is refused")
+
+    def test_a_resting_node_takes_the_start_of_its_window_into_its_snapshot(self):
+        run = Run().started()
+        mine = {"node": "thermal", "committed": INITIAL, "t_s": 0.0, "dt_s": 2.0}
+        run.iterate(FIRST, parts=({**mine, "rests": True},))
+        run.field(FIRST, [100.0, 100.0])
+        run.iterate(SECOND, committed=FIRST, accept=FIRST, parts=({**mine},), checkpoint=True)
+        snapshot = self.snapshot(run)
+        self.assertEqual((V.of(snapshot.envelope.version), V.of(snapshot.committed)), (FIRST, INITIAL))
+        self.assertEqual(list(snapshot.frozen[0].f64), [1.0, 2.0])
+        later = Run()
+        later.epoch, later.link.restore = 2, snapshot.SerializeToString()
+        later.plan(start=FIRST)
+        self.assertEqual(temperatures(later.told()), [(INITIAL, [300.0, 400.0])])
+        later.field(FIRST, [100.0, 100.0])
+        self.assertEqual([report.WhichOneof("body") for report in later.reports()], ["ready"])
+        later.iterate(SECOND, committed=FIRST, parts=({**mine},))
+        later.field(SECOND, [3.0, 4.0])
+        self.assertEqual(temperatures(later.told()), [(SECOND, [304.0, 406.0])])
+
+    def test_a_state_that_would_run_code_is_refused(self):
+        class Stranger:
+            def __reduce__(self):
+                return print, ("owned",)
+
+        run = Run().started()
+        run.iterate(FIRST)
+        run.field(FIRST, [3.0, 4.0])
+        run.iterate(SECOND, committed=FIRST, accept=FIRST, checkpoint=True)
+        snapshot = self.snapshot(run)
+        snapshot.state = pickle.dumps(Stranger())
+        later = Run()
+        later.epoch, later.link.restore = 2, snapshot.SerializeToString()
+        with self.assertRaisesRegex(pickle.UnpicklingError, "builtins.print"):
+            later.plan(start=FIRST)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,66 @@
+//! `stagger check --json`: a scene's values in SI units, for nodes that are not written in Rust and for scripts.
+
+use serde::Serialize;
+use stagger_solver::{
+    physics::{optics, particles, thermal},
+    scene::{Scene, Value},
+};
+
+use crate::check::check;
+
+/// Name of the format; keys are added within one version, never renamed or removed.
+pub const FORMAT: &str = "stagger-check/1";
+
+/// A scene as a program reads it. An infinite number is `null` in JSON.
+#[derive(Serialize)]
+pub struct Report<'a> {
+    /// [`FORMAT`].
+    pub format: &'static str,
+    /// Title of the scene.
+    pub title: &'a str,
+    /// Simulated time, in s.
+    pub duration_s: f64,
+    /// Hash of the scene and its `--set` values, as a node's manifest carries it, in 16 hexadecimal digits.
+    pub hash: String,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Every value in effect, given or default.
+    pub settings: &'a [Value],
+    /// What each physics the scene names is set up with: material constants and defaults resolved.
+    pub physics: Physics<'a>,
+    /// Why the scene cannot run; `None` where it can.
+    pub problem: Option<String>,
+}
+
+/// Resolved settings by physics; those the scene does not name are left out.
+#[derive(Serialize)]
+pub struct Physics<'a> {
+    /// The motion of the particles.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub particles: Option<&'a particles::Settings>,
+    /// Their temperature.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub thermal: Option<&'a thermal::Settings>,
+    /// The laser.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub optics: Option<&'a optics::Settings>,
+}
+
+/// Looks at a scene. One that cannot run has its values all the same: a node that replaces another may be what it needs.
+#[must_use]
+pub fn report(scene: &Scene) -> Report<'_> {
+    Report {
+        format: FORMAT,
+        title: &scene.title,
+        duration_s: scene.duration_s,
+        hash: format!("{:016x}", scene.hash),
+        seed: scene.seed,
+        settings: &scene.effective,
+        physics: Physics {
+            particles: scene.particles.as_ref(),
+            thermal: scene.thermal.as_ref(),
+            optics: scene.optics.as_ref(),
+        },
+        problem: check(scene).err().map(|error| format!("the scene cannot run: {error}")),
+    }
+}
