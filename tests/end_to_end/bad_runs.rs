@@ -33,7 +33,8 @@ fn a_field_that_two_nodes_write_is_named_with_both() {
     let command = format!("second=sh {} {}", script.display(), place.scene.display());
     let output = place.run(&["--no-record", "--node", &command]);
     assert_eq!(output.status.code(), Some(2), "{}", said(&output));
-    let expected = "field `temperature` is written by both `second` and `thermal`, and `particles` reads one: remove one of them";
+    let expected =
+        "field `temperature` is written by both `second` and `thermal`, and `particles` reads one: remove one of them";
     assert!(said(&output).contains(expected), "{}", said(&output));
     place.wait_until_empty();
 }
