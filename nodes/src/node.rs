@@ -1,7 +1,8 @@
 //! `stagger node`: one physics of a scene as a process of its own.
 
-use std::{io::Read as _, path::PathBuf};
+use std::{io::Read as _, path::PathBuf, time::Duration};
 
+use stagger_messages::keys;
 use stagger_solver::scene::Scene;
 
 use crate::{
@@ -9,6 +10,9 @@ use crate::{
     link::{Link, LinkError, Role},
     roster::{RosterError, participant},
 };
+
+/// How long a node whose run has ended stays for the coordinator to have heard it.
+const LINGER: Duration = Duration::from_secs(2);
 
 /// What a node is started with.
 #[derive(Clone, Debug)]
@@ -58,10 +62,25 @@ pub fn run(scene: &Scene, options: &Options) -> Result<NodeEnd, NodeError> {
             let _ = to_host.send(Event::Abandoned);
         });
     }
+    // A QUIC link that closes drops what has not arrived yet: the coordinator, once it has heard all, leaves first.
+    let (leaves, left) = std::sync::mpsc::channel();
+    let _coordinator = link.watch(&keys::live(&options.run, "coordinator", "*"), move |_, alive| {
+        if !alive {
+            // A node that no longer waits has left itself.
+            let _ = leaves.send(());
+        }
+    })?;
     let end = host.run();
+    if matches!(end, Ok(NodeEnd::Stopped { .. })) {
+        // Whether it left in time or not, there is nothing more to say.
+        let _ = left.recv_timeout(LINGER);
+    }
     // Whatever happened, what was said last must leave; how the node ended is the more important news.
     let closed = link.close();
     let end = end?;
-    closed?;
+    // A link to nobody does not close in time.
+    if end != NodeEnd::Abandoned {
+        closed?;
+    }
     Ok(end)
 }

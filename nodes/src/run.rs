@@ -31,6 +31,10 @@ use crate::{
 
 /// How long nodes have to announce themselves.
 const PATIENCE: Duration = Duration::from_secs(30);
+/// The same for nodes started by hand.
+const PATIENCE_BY_HAND: Duration = Duration::from_secs(600);
+/// How long another coordinator may take to answer that it has the run's name.
+const TAKEN: Duration = Duration::from_secs(2);
 
 /// What is asked for beside the scene.
 #[derive(Clone, Debug, Default)]
@@ -49,8 +53,10 @@ pub struct Options {
     pub commands: BTreeMap<String, Vec<String>>,
     /// The bridge to show the run in while it goes on.
     pub view: Option<PathBuf>,
-    /// Endpoint to listen on, for nodes started by hand; `None` starts them all here.
-    pub listen: Option<String>,
+    /// Where nodes started by hand are met; `None` starts them all here.
+    pub by_hand: Option<Role>,
+    /// Name of the run; `None` makes one.
+    pub name: Option<String>,
     /// Zenoh configuration file.
     pub config: Option<PathBuf>,
 }
@@ -73,6 +79,9 @@ pub enum Failed {
     /// The viewer.
     #[error(transparent)]
     View(#[from] view::ViewError),
+    /// Another coordinator of the same name, behind the same router.
+    #[error("run `{0}` has a coordinator already\nhint: give this one another name with --run")]
+    Taken(String),
     /// A file or a process.
     #[error("{what}: {source}")]
     Io {
@@ -94,9 +103,18 @@ fn io(what: impl Into<String>) -> impl FnOnce(std::io::Error) -> Failed {
 pub fn run(scene: &Scene, options: Options, interrupted: &Arc<AtomicBool>) -> Result<Summary, Failed> {
     let mut nodes = roster(scene);
     nodes.extend(options.commands.iter().map(|(node, command)| (node.clone(), Runs::Command(command.clone()))));
-    let run = run_name(&options.scene);
-    let endpoint = Endpoint::new(&run, options.listen.as_deref())?;
-    let link = Link::open(&Role::Hub { listen: endpoint.name.clone() }, options.config.as_deref())?;
+    let run = options.name.clone().unwrap_or_else(|| run_name(&options.scene));
+    let (role, endpoint) = match &options.by_hand {
+        Some(role) => (role.clone(), None),
+        None => {
+            let endpoint = Endpoint::new(&run, None)?;
+            (Role::Hub { listen: vec![endpoint.name.clone()] }, Some(endpoint))
+        }
+    };
+    let link = Link::open(&role, options.config.as_deref())?;
+    if matches!(role, Role::Node { .. }) && !link.ask(&keys::manifest(&run, "coordinator"), TAKEN)?.is_empty() {
+        return Err(Failed::Taken(run));
+    }
     let info = run_info(&run, scene, &options);
     let mut records = Records::start(&link, &info, scene, &options)?;
     let asked = Arrival {
@@ -108,7 +126,7 @@ pub fn run(scene: &Scene, options: Options, interrupted: &Arc<AtomicBool>) -> Re
     let names: BTreeSet<String> = nodes.keys().cloned().collect();
     let common = Common {
         run: run.clone(),
-        connect: endpoint.name.clone(),
+        connect: endpoint.as_ref().map(|endpoint| endpoint.name.clone()).unwrap_or_default(),
         scene: options.scene.clone(),
         overrides: options.overrides.clone(),
         scene_hash: scene.hash,
@@ -123,14 +141,14 @@ pub fn run(scene: &Scene, options: Options, interrupted: &Arc<AtomicBool>) -> Re
             };
         }
         Box::new(Threads::start(&link, &run, scene.hash, participants, Arc::clone(interrupted))?)
-    } else if options.listen.is_some() {
-        diagnostics::note(&format!("run {run} waits on {} for {}", endpoint.name, join(&names)));
+    } else if options.by_hand.is_some() {
+        diagnostics::note(&format!("run {run} waits on {} for {}", role.endpoints(), join(&names)));
         Box::new(ByHand(Arc::clone(interrupted)))
     } else {
         let launcher = Launcher::start(&nodes, &common, Arc::clone(interrupted));
         Box::new(launcher.map_err(io("cannot start the nodes"))?)
     };
-    let patience = if options.listen.is_some() { Duration::from_secs(600) } else { PATIENCE };
+    let patience = if options.by_hand.is_some() { PATIENCE_BY_HAND } else { PATIENCE };
     let mut monitor = Monitor::new(scene.duration_s, Arc::clone(interrupted));
     let mut remote = Remote::new(link.clone(), &run, names, keeper.as_mut())?;
     let ended = conduct(scene, &mut remote, &mut records, &mut monitor, patience);

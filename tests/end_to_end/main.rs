@@ -3,9 +3,11 @@
 // Helpers of tests are not tests to clippy's `allow-unwrap-in-tests`.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+mod authority;
 mod bad_runs;
 mod by_hand;
 mod faults;
 mod live;
 mod program;
 mod same_bits;
+mod several_hosts;

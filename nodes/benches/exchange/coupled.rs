@@ -107,7 +107,7 @@ impl Observer for Stopwatch {
 /// Median µs of an iteration with `rows` × 3 f64 each way.
 pub fn iterations(rows: usize, rounds: usize, order: Order) -> f64 {
     let (endpoint, folder) = crate::endpoint("coupled");
-    let link = Link::open(&Role::Hub { listen: endpoint.clone() }, None).expect("the endpoint is free");
+    let link = Link::open(&Role::Hub { listen: vec![endpoint.clone()] }, None).expect("the endpoint is free");
     let mut children: Vec<_> =
         ["a", "b"].into_iter().map(|name| crate::spawn(&["node", name, &rows.to_string(), &endpoint])).collect();
     let total = rounds + rounds / 10;
