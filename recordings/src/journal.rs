@@ -4,11 +4,12 @@ use std::{
 };
 
 use bytes::Bytes;
-use stagger_messages::{Directive, Envelope, FieldMessage, MessageError, Report, Version, codec, report};
+use stagger_messages::{Directive, Envelope, FieldMessage, Manifest, MessageError, Report, Version, codec, report};
 
 use crate::{
     ControlKind, Exchange, Level, Recorded, RecorderOptions, RecordingError, RunInfo,
     container::ContainerWriter,
+    membership::Membership,
     recording::{END, RUN, SCENE},
     thinning::{Piece, Thinning},
 };
@@ -19,6 +20,7 @@ const BUFFER_BYTES: usize = 1 << 18;
 /// Puts messages in the order and form in which they are recorded: each once, in simulated time, thinned as asked for.
 pub(crate) struct Journal<W: Write> {
     container: ContainerWriter<BufWriter<W>>,
+    membership: Membership,
     thinning: Option<Thinning>,
     senders: BTreeMap<(String, u32), Numbering>,
     seen: BTreeSet<(Version, u32, String)>,
@@ -42,6 +44,7 @@ impl<W: Write> Journal<W> {
         let thin = options.level == Level::Accepted || options.every > 1;
         Ok(Self {
             container,
+            membership: Membership::new(&info.run),
             thinning: thin.then(|| Thinning::new(options.every)),
             senders: BTreeMap::new(),
             seen: BTreeSet::new(),
@@ -65,8 +68,10 @@ impl<W: Write> Journal<W> {
         publish_ns: u64,
     ) -> Result<(), RecordingError> {
         let Some(header) = self.decoded(codec::decode::<FieldMessage>("field", attachment)) else { return Ok(()) };
-        let Some((envelope, version)) = header.envelope.as_ref().and_then(|it| Some((it.clone(), it.version?))) else {
-            self.recorded.malformed += 1;
+        let whole = codec::decode_field(attachment, payload.clone()).is_ok();
+        let own = header.envelope.clone().filter(|envelope| whole && self.membership.admits(&topic, envelope));
+        let Some((envelope, version)) = own.and_then(|envelope| Some((envelope.clone(), envelope.version?))) else {
+            self.recorded.refused += 1;
             return Ok(());
         };
         self.count(&envelope);
@@ -94,12 +99,22 @@ impl<W: Write> Journal<W> {
         publish_ns: u64,
     ) -> Result<(), RecordingError> {
         let (schema, envelope) = match kind {
-            ControlKind::Manifest => ("Manifest", None),
+            ControlKind::Manifest => {
+                let decoded = self.decoded(codec::decode::<Manifest>("manifest", message));
+                let Some(manifest) = decoded else { return Ok(()) };
+                if !self.admitted(self.membership.admits_manifest(&topic, &manifest)) {
+                    return Ok(());
+                }
+                ("Manifest", None)
+            }
             ControlKind::Report => {
                 let Some(report) = self.decoded(codec::decode::<Report>("report", message)) else { return Ok(()) };
                 // A failure is news even where a reply to the same trial came before.
                 let repeatable = !matches!(report.body, Some(report::Body::Failure(_)));
                 let envelope = report.envelope.unwrap_or_default();
+                if !self.admitted(self.membership.admits(&topic, &envelope)) {
+                    return Ok(());
+                }
                 self.count(&envelope);
                 let version = envelope.version.unwrap_or_default();
                 let ready = matches!(report.body, Some(report::Body::Ready(_)));
@@ -112,6 +127,10 @@ impl<W: Write> Journal<W> {
             ControlKind::Directive => {
                 let decoded = self.decoded(codec::decode::<Directive>("directive", message));
                 let Some(directive) = decoded else { return Ok(()) };
+                let own = self.membership.admits_directive(&topic, &directive);
+                if !self.admitted(own) {
+                    return Ok(());
+                }
                 if let Some(envelope) = &directive.envelope {
                     self.count(envelope);
                 }
@@ -150,8 +169,13 @@ impl<W: Write> Journal<W> {
     }
 
     fn decoded<M>(&mut self, result: Result<M, MessageError>) -> Option<M> {
-        self.recorded.malformed += u64::from(result.is_err());
+        self.recorded.refused += u64::from(result.is_err());
         result.ok()
+    }
+
+    fn admitted(&mut self, own: bool) -> bool {
+        self.recorded.refused += u64::from(!own);
+        own
     }
 
     fn count(&mut self, envelope: &Envelope) {
