@@ -23,6 +23,9 @@ _SETTINGS = {
     "scouting/gossip/enabled": "false",
     "transport/link/tx/lease": "5000",
     "transport/link/tx/queue/congestion_control/block/wait_before_close": "60000000",
+    # What a node puts goes through the socket: shared memory ends with its process, whoever has yet to read it. Zenoh
+    # would choose it by itself. What others put there is read all the same.
+    "transport/shared_memory/transport_optimization/enabled": "false",
 }
 
 Message = tuple[str, bytes, bytes]
