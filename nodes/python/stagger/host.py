@@ -211,7 +211,7 @@ class Host:
 
     def _start(self, envelope: Any, plan: Any) -> None:
         if self._epoch != envelope.epoch:
-            self._epoch, self._sequence, self._sent = envelope.epoch, 0, {}
+            self._epoch, self._sequence = envelope.epoch, 0
             sources = [s for node in plan.nodes if node.node == self.identity.node for s in node.sources]
             self.trials.set_sources({s.field: (_MEASURES[s.measure], s.reuse_below) for s in sources})
             self._inbox = Inbox(sources)

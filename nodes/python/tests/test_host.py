@@ -53,6 +53,9 @@ class Handshake(unittest.TestCase):
     def test_the_end_of_the_coordinator_is_the_end(self):
         self.assertFalse(Run().host.take(Event("gone")).completed)
 
+    def test_a_run_may_end_before_a_node_has_heard_of_its_plan(self):
+        self.assertTrue(Run().stop(accept=FIRST).completed)
+
 
 class Trial(unittest.TestCase):
     def test_a_trial_waits_for_its_fields_and_is_committed_once(self):
@@ -94,6 +97,28 @@ class Trial(unittest.TestCase):
         done = Report.FromString(told[-1][2]).done
         self.assertEqual((done.reused, done.changes[0].change), (False, 2.0))
 
+    def test_what_is_forgotten_is_no_reference(self):
+        run = Run().started()
+        run.iterate(FIRST)
+        run.field(FIRST, [3.0, 2.0])
+        again = V(1, 2, 1)
+        run.iterate(again, reject=FIRST)
+        run.told()
+        run.field(again, [0.0, 0.0], same_as=FIRST)
+        self.assertEqual(run.told(), [])
+        run.field(again, [3.0, 2.0])
+        run.iterate(SECOND, committed=again, accept=again)
+        run.told()
+        run.field(SECOND, [0.0, 0.0], same_as=INITIAL)
+        self.assertEqual(run.told(), [])
+
+    def test_a_trial_that_was_given_up_is_not_solved_later(self):
+        run = Run().started()
+        run.iterate(FIRST)
+        run.iterate(V(1, 2, 1), reject=FIRST, parts=({"node": "thermal", "committed": INITIAL, "rests": True},))
+        run.field(FIRST, [3.0, 2.0])
+        self.assertEqual(run.told(), [])
+
     def test_equal_frozen_fields_give_the_last_reply_again_as_a_reference(self):
         run = Run().started(reuse_below=1e-7, measure=2)
         run.iterate(FIRST)
@@ -134,6 +159,16 @@ class Trial(unittest.TestCase):
         again = run.told()
         self.assertEqual(temperatures(again), [(INITIAL, [300.0, 400.0]), (FIRST, [302.0, 402.0])])
         self.assertEqual(len([topic for topic, _, _ in first + again if topic == "done/thermal"]), 2)
+        second = V(1, 1, 2)
+        run.iterate(second)
+        run.field(second, [5.0, 2.0])
+        run.told()
+        run.iterate(second, again=True)
+        again = run.told()
+        values = [(INITIAL, [300.0, 400.0]), (FIRST, [302.0, 402.0]), (second, [303.0, 402.0])]
+        self.assertEqual(temperatures(again), values)
+        (report,) = [Report.FromString(payload) for topic, _, payload in again if topic == "done/thermal"]
+        self.assertEqual(V.of(report.envelope.version), second)
 
     def test_sequence_numbers_have_no_gap(self):
         run = Run()
@@ -308,6 +343,8 @@ class Schedule(unittest.TestCase):
         (report,) = run.reports()
         self.assertFalse(report.failure.retry)
         self.assertIn("`heat` is to be added up over its writers, but one is", report.failure.message)
+        run.field(SECOND, [3.0], sender="lamp")
+        self.assertEqual(run.told(), [], "it was told once")
 
     def test_what_a_resting_writer_committed_outlives_an_attempt_in_which_it_solved(self):
         run = Run().started()
@@ -363,7 +400,10 @@ class Schedule(unittest.TestCase):
             later.field(FIRST, [3.0, 4.0])
             (ready,) = later.reports()
             self.assertEqual((ready.WhichOneof("body"), V.of(ready.envelope.version)), ("ready", FIRST))
-            later.iterate(SECOND, committed=FIRST)
+            self.assertEqual(ready.envelope.sequence, 1)
+            # The decision that was told before is told again.
+            later.iterate(SECOND, committed=FIRST, accept=FIRST)
+            self.assertEqual(later.told(), [], "values of an epoch before")
             later.field(SECOND, [1 / 3, 4.0])
             self.assertEqual(temperatures(later.told()), unbroken)
             later.epoch = 1
@@ -378,6 +418,9 @@ class Schedule(unittest.TestCase):
         run.iterate(SECOND, committed=FIRST, accept=FIRST, parts=(mine,), checkpoint=True)
         snapshot = self.snapshot(run)
         self.assertEqual((V.of(snapshot.envelope.version), V.of(snapshot.committed)), (FIRST, INITIAL))
+        held, other = snapshot.fields[0].envelope, snapshot.frozen[0].envelope
+        self.assertEqual((held.sender, V.of(held.version)), ("thermal", INITIAL))
+        self.assertEqual((other.sender, V.of(other.version)), ("optics", INITIAL))
         self.assertEqual(list(snapshot.frozen[0].f64), [1.0, 2.0])
         later = Run()
         later.epoch, later.link.restore = 2, snapshot.SerializeToString()

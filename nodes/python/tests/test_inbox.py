@@ -22,7 +22,9 @@ def source(writer, same_iteration, **more):
 def put(inbox, sender, version, value=None, same_as=None, port=PORT, revision=0):
     envelope = Envelope(sender=sender)
     version.write(envelope.version)
-    field = None if value is None else Field.new(port, Revised(np.array([value], np.uint32 if port.kind == "u32" else float), revision))
+    field = None
+    if value is not None:
+        field = Field.new(port, Revised(np.array([value], np.uint32 if port.kind == "u32" else float), revision))
     inbox.store(Received(envelope, "w", field, same_as))
 
 
@@ -62,6 +64,11 @@ class Inboxes(unittest.TestCase):
         put(inbox, "b", INITIAL, 0.0)
         self.assertTrue(inbox.begin())
 
+    def test_a_trial_waits_for_the_start_of_its_window_too(self):
+        inbox = Inbox([source("a", True)])
+        put(inbox, "a", V(1, 1, 1), 1.0)
+        self.assertIsNone(inbox.freeze(V(1, 1, 1), iterate(INITIAL)))
+
     def test_a_reference_finds_its_values_and_a_broken_one_stays_missing(self):
         inbox = begun(source("a", True))
         put(inbox, "a", V(1, 1, 1), 300.0)
@@ -79,8 +86,10 @@ class Inboxes(unittest.TestCase):
             self.assertEqual(values(inbox.freeze(V(1, 1, 1), asked)), (0.0, 0.0))
             put(inbox, "a", V(1, 1, 1), 1.0)
             self.assertEqual(inbox.reads(COORDINATOR, "w"), accelerated)
+            self.assertFalse(inbox.reads("a", "v") or inbox.reads("b", "w"))
             put(inbox, COORDINATOR, V(1, 1, 1), 9.0)
             self.assertEqual(values(inbox.freeze(V(1, 1, 2), asked)), (0.0, expected))
+            self.assertEqual([sender for sender, _, _ in inbox.older_than(V(1, 1, 1))], ["a"])
 
     def test_the_first_iterate_is_what_the_writer_committed_by_its_own_clock_or_the_runs(self):
         inbox = begun(source("a", False))
@@ -113,6 +122,7 @@ class Inboxes(unittest.TestCase):
         self.assertEqual((sender, at, list(field.values)), ("fast", INITIAL, [0.0]))
         slow.commit()
         slow.accepted(V(2, 1, 1))
+        put(slow, "fast", V(3, 1, 1), 3.0)
         self.assertEqual(slow.older_than(V(2, 1, 1)), [])
 
     def test_the_start_is_what_was_committed_however_a_reading_turn_names_what_rests(self):
