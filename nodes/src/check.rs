@@ -1,14 +1,24 @@
 //! `stagger check`: whether a scene can run, and who reads what from whom.
 
-use std::{collections::BTreeMap, fmt::Write as _};
+use std::{collections::BTreeMap, fmt::Write as _, path::Path, sync::Arc, time::Duration};
 
 use stagger_messages::{Plan, Ports};
 use stagger_solver::{
-    coupling::{self, PlanError},
+    coupling::{self, Ensemble as _, PlanError},
     scene::Scene,
 };
 
-use crate::roster::{RosterError, Runs, participant, roster};
+use crate::{
+    coordinator::{self, Remote},
+    graph::{Format, Graph},
+    launcher::{Common, Launcher},
+    link::{Link, Role},
+    roster::{RosterError, Runs, participant, roster},
+    run::{Endpoint, Failed},
+};
+
+/// How long a command has to say what its ports are.
+const PATIENCE: Duration = Duration::from_secs(30);
 
 /// Why a scene cannot run.
 #[derive(Debug, thiserror::Error)]
@@ -19,6 +29,15 @@ pub enum CheckError {
     /// The nodes do not fit together.
     #[error(transparent)]
     Plan(#[from] PlanError),
+    /// A command that does not tell its ports.
+    #[error(transparent)]
+    Ask(Box<Failed>),
+}
+
+impl From<Failed> for CheckError {
+    fn from(error: Failed) -> Self {
+        Self::Ask(Box::new(error))
+    }
 }
 
 /// Ports of the nodes that can be asked without starting them, and the names of those that cannot.
@@ -47,21 +66,62 @@ pub fn ports(scene: &Scene) -> Result<(BTreeMap<String, Ports>, Vec<String>), Ro
 /// A node cannot be built, or the nodes do not fit together.
 pub fn check(scene: &Scene) -> Result<Option<Plan>, CheckError> {
     let (ports, commands) = ports(scene)?;
-    Ok(fit(scene, &ports, &commands)?)
+    Ok(commands.is_empty().then(|| coupling::plan(&ports, &scene.coupling)).transpose()?)
 }
 
-fn fit(scene: &Scene, ports: &BTreeMap<String, Ports>, commands: &[String]) -> Result<Option<Plan>, PlanError> {
-    commands.is_empty().then(|| coupling::plan(ports, &scene.coupling)).transpose()
+/// A scene that can run, and its exchange of fields.
+pub struct Checked {
+    /// Ports by node.
+    pub ports: BTreeMap<String, Ports>,
+    /// Who reads from whom.
+    pub plan: Plan,
+}
+
+/// Checks a scene to the end: a command that takes part is started, asked for its ports, and ended.
+///
+/// # Errors
+/// A node cannot be built or started, or the nodes do not fit together.
+pub fn check_whole(scene: &Scene, file: &Path) -> Result<Checked, CheckError> {
+    let (mut ports, commands) = ports(scene)?;
+    if !commands.is_empty() {
+        ports.extend(ask(scene, file, &commands)?);
+    }
+    let plan = coupling::plan(&ports, &scene.coupling)?;
+    Ok(Checked { ports, plan })
+}
+
+/// Ports of the nodes that only the commands themselves know.
+fn ask(scene: &Scene, file: &Path, commands: &[String]) -> Result<BTreeMap<String, Ports>, Failed> {
+    let run = format!("check-{}", std::process::id());
+    let endpoint = Endpoint::new(&run, None)?;
+    let link = Link::open(&Role::Hub { listen: endpoint.name.clone() }, None)?;
+    let common = Common {
+        run: run.clone(),
+        connect: endpoint.name.clone(),
+        scene: file.to_owned(),
+        overrides: scene.overrides.clone(),
+        scene_hash: scene.hash,
+        threads: None,
+    };
+    let nodes: BTreeMap<_, _> = roster(scene).into_iter().filter(|(name, _)| commands.contains(name)).collect();
+    let names = nodes.keys().cloned().collect();
+    let mut launcher = Launcher::start(&nodes, common, Arc::default())
+        .map_err(|source| Failed::Io { what: "cannot start the nodes".into(), source })?;
+    let mut remote = Remote::new(link.clone(), &run, names, PATIENCE, None, &mut launcher)?;
+    let manifests = remote.gather(scene.hash, PATIENCE);
+    // Whatever they answered, they are to end; the answer is the news.
+    let _ = remote.finish(None, false, "only the ports were asked for");
+    drop(remote);
+    drop(launcher);
+    let closed = link.close();
+    let manifests = manifests?;
+    closed?;
+    Ok(coordinator::ports(&manifests))
 }
 
 /// The settings in force and the exchange of fields, as text.
-///
-/// # Errors
-/// As [`check`].
-pub fn describe(scene: &Scene) -> Result<String, CheckError> {
-    // Once: building a physics may place its particles.
-    let (ports, commands) = ports(scene)?;
-    let plan = fit(scene, &ports, &commands)?;
+#[must_use]
+pub fn describe(scene: &Scene, checked: &Checked) -> String {
     let mut text = format!("{}\n\nsettings in force (* from the scene)\n", scene.title);
     for value in &scene.effective {
         let mark = if value.is_default { ' ' } else { '*' };
@@ -69,25 +129,12 @@ pub fn describe(scene: &Scene) -> Result<String, CheckError> {
         let _ = writeln!(text, "  {mark} {:<40} {}", value.path, value.value);
     }
     text.push_str("\nwho reads what, in the order of solving\n");
-    if let Some(plan) = plan {
-        for node in &plan.nodes {
-            let _ = writeln!(text, "  {}", node.node);
-            for source in &node.sources {
-                let when = if source.same_iteration { "this iteration" } else { "the iteration before" };
-                let _ = writeln!(text, "    reads  {:<24} from {}, {when}", source.field, source.writer);
-            }
-            for port in ports.get(&node.node).map(|ports| ports.writes.as_slice()).unwrap_or_default() {
-                let read = plan.nodes.iter().any(|other| other.sources.iter().any(|s| s.field == port.field));
-                let to = if read { "" } else { "  (recorded only)" };
-                let _ = writeln!(
-                    text,
-                    "    writes {:<24} {} x {} on {}{to}",
-                    port.field, port.components, port.unit, port.support
-                );
-            }
-        }
-    } else {
-        let _ = writeln!(text, "  known when it runs: {} are commands of their own", commands.join(", "));
-    }
-    Ok(text)
+    text.push_str(&graph(scene, checked, Format::Text));
+    text
+}
+
+/// The exchange of fields alone.
+#[must_use]
+pub fn graph(scene: &Scene, checked: &Checked, format: Format) -> String {
+    Graph::new(&checked.plan, &checked.ports, &scene.coupling).write(format)
 }

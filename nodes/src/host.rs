@@ -302,6 +302,8 @@ impl Host {
         }
         match directive.task {
             Some(directive::Task::Plan(plan)) => self.start(&envelope, plan)?,
+            // It is late: what is over is not solved again.
+            Some(directive::Task::Iterate(_)) if envelope.version <= Some(self.accepted) => self.refused += 1,
             Some(directive::Task::Iterate(iterate)) if resting(&self.identity.node, &iterate).is_some() => {
                 if iterate.again {
                     self.answer_again(&envelope)?;
@@ -390,7 +392,11 @@ impl Host {
             self.epoch = Some(envelope.epoch);
             self.sequence = 0;
             self.sent.clear();
-            let mine = plan.nodes.into_iter().find(|node| node.node == self.identity.node).unwrap_or_default();
+            let node = self.identity.node.clone();
+            let Some(mine) = plan.nodes.into_iter().find(|part| part.node == node) else {
+                let message = format!("the run has no node of this name, but {}", plan.order.join(", "));
+                return Err(HostError::Start { node, message });
+            };
             self.participant.set_sources(&mine.sources);
             self.inbox = Inbox::new(mine.sources);
             let begun = if from == Version::INITIAL { self.initial() } else { self.restore() };

@@ -106,24 +106,7 @@ impl Drop for Launcher {
 
 impl Worker {
     fn start(name: &str, runs: &Runs, common: &Common) -> std::io::Result<Self> {
-        let mut command = match runs {
-            Runs::Physics(kind) => built_in(name, kind, common)?,
-            Runs::Command(words) => plug_in(words),
-        };
-        command
-            .env("ZENOH_RUNTIME", ONE_THREAD)
-            .env("STAGGER_RUN", &common.run)
-            .env("STAGGER_NODE", name)
-            .env("STAGGER_CONNECT", &common.connect)
-            .env("STAGGER_SCENE", &common.scene)
-            .env("STAGGER_SCENE_HASH", common.scene_hash.to_string())
-            .env("STAGGER_OVERRIDES", serde_json::json!(common.overrides).to_string())
-            .env("STAGGER_PROGRAM", std::env::current_exe()?)
-            // Ctrl-C is for the coordinator, which lets the nodes finish their step.
-            .process_group(0)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::null())
-            .stderr(Stdio::piped());
+        let mut command = command(name, runs, common)?;
         let mut child = command.spawn().map_err(|error| {
             std::io::Error::new(error.kind(), format!("node `{name}`: cannot start {command:?}: {error}"))
         })?;
@@ -147,6 +130,29 @@ impl Worker {
     fn ended(&mut self) -> bool {
         !matches!(self.child.try_wait(), Ok(None))
     }
+}
+
+/// The command that runs a node, with all it is told.
+pub(crate) fn command(name: &str, runs: &Runs, common: &Common) -> std::io::Result<Command> {
+    let mut command = match runs {
+        Runs::Physics(kind) => built_in(name, kind, common)?,
+        Runs::Command(words) => plug_in(words),
+    };
+    command
+        .env("ZENOH_RUNTIME", ONE_THREAD)
+        .env("STAGGER_RUN", &common.run)
+        .env("STAGGER_NODE", name)
+        .env("STAGGER_CONNECT", &common.connect)
+        .env("STAGGER_SCENE", &common.scene)
+        .env("STAGGER_OVERRIDES", serde_json::json!(common.overrides).to_string())
+        .env("STAGGER_PROGRAM", std::env::current_exe()?)
+        .env("STAGGER_SCENE_HASH", common.scene_hash.to_string())
+        // Ctrl-C is for the coordinator, which lets the nodes finish their step.
+        .process_group(0)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped());
+    Ok(command)
 }
 
 fn built_in(name: &str, kind: &str, common: &Common) -> std::io::Result<Command> {

@@ -1,8 +1,11 @@
 //! `stagger node`: one physics of a scene as a process of its own.
 
-use std::{io::Read as _, path::PathBuf};
+use std::{
+    io::Read as _,
+    path::{Path, PathBuf},
+};
 
-use stagger_solver::scene::Scene;
+use stagger_solver::{coupling::Participant, scene::Scene};
 
 use crate::{
     host::{Event, Host, HostError, Identity, NodeEnd},
@@ -47,10 +50,24 @@ pub enum NodeError {
 /// It cannot be built or connected, or it fails.
 pub fn run(scene: &Scene, options: &Options) -> Result<NodeEnd, NodeError> {
     let participant = participant(scene, &options.name, &options.kind)?;
-    let link = Link::open(&Role::Node { connect: options.connect.clone() }, options.config.as_deref())?;
     let identity = Identity { run: options.run.clone(), node: options.name.clone(), scene_hash: scene.hash };
+    take_part(participant, identity, &options.connect, options.config.as_deref(), options.child)
+}
+
+/// Connects `participant` to the hub and hosts it until its run ends, or, for a child, until its parent is gone.
+///
+/// # Errors
+/// It cannot be connected, or it fails.
+pub fn take_part(
+    participant: Box<dyn Participant>,
+    identity: Identity,
+    connect: &str,
+    config: Option<&Path>,
+    child: bool,
+) -> Result<NodeEnd, NodeError> {
+    let link = Link::open(&Role::Node { connect: connect.into() }, config)?;
     let host = Host::new(&link, identity, participant)?;
-    if options.child {
+    if child {
         let to_host = host.sender();
         std::thread::spawn(move || {
             // Nothing is ever written to this pipe: its end, or an error on it, is the parent's end.

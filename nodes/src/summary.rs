@@ -131,6 +131,21 @@ pub fn of_field(field: &Field) -> FieldSummary {
     summary
 }
 
+/// Fields of all nodes by name; where several nodes write one, the second and later ones are called `node/field`.
+#[must_use]
+pub fn told_apart<'n>(nodes: impl Iterator<Item = (&'n str, Vec<FieldSummary>)>) -> Vec<FieldSummary> {
+    let mut apart: BTreeMap<String, FieldSummary> = BTreeMap::new();
+    for (node, fields) in nodes {
+        for mut field in fields {
+            if apart.contains_key(&field.field) {
+                field.field = format!("{node}/{}", field.field);
+            }
+            apart.insert(field.field.clone(), field);
+        }
+    }
+    apart.into_values().collect()
+}
+
 /// Hash over the names and hashes of all final fields, in the order of their names.
 #[must_use]
 pub fn hash(fields: &[FieldSummary]) -> String {

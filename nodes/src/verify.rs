@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use stagger_messages::{
-    Checkpoint, Decision, Directive, Envelope, Field, FieldSummary, Iterate, MessageError, Plan, Snapshot, Verdict,
-    Version, codec::Received, directive,
+    Checkpoint, Decision, Directive, Envelope, Field, Iterate, MessageError, Plan, Snapshot, Verdict, Version,
+    codec::Received, directive,
 };
 use stagger_recordings::{Body, Recording, RecordingError};
 use stagger_solver::{
@@ -118,7 +118,8 @@ pub fn verify(recording: &Recording, node: Option<&str>, tolerance: f64) -> Resu
     }
     replay.result.complete = messages.complete();
     if replay.participants.len() == nodes.len() {
-        let fields: Vec<FieldSummary> = replay.fields.values().map(summary::of_field).collect();
+        let fields = replay.fields.iter().map(|((node, _), field)| (node.as_str(), vec![summary::of_field(field)]));
+        let fields = summary::told_apart(fields);
         replay.result.hash = Some(summary::hash(&fields));
     }
     Ok(replay.result)

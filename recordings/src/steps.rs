@@ -8,7 +8,10 @@ use crate::{Accounts, Body, History, Message, Outcome, accounts::asks};
 #[derive(Clone, Debug, Default)]
 pub struct Steps {
     accounts: Accounts,
+    /// By name, and `node/name` for the second and later writers of one name.
     fields: BTreeMap<String, History<Field>>,
+    /// Who was first to write each name.
+    writers: BTreeMap<String, String>,
     /// Version, time reached and window size of the last accepted step, or of the start.
     at: (Version, f64, f64),
     /// Whether field messages of that version were seen.
@@ -90,7 +93,10 @@ impl Steps {
         if received.envelope.sender == "coordinator" {
             return;
         }
-        let history = self.fields.entry(received.name).or_default();
+        let sender = received.envelope.sender;
+        let writer = self.writers.entry(received.name.clone()).or_insert_with(|| sender.clone());
+        let name = if *writer == sender { received.name } else { format!("{sender}/{}", received.name) };
+        let history = self.fields.entry(name).or_default();
         match (received.field, received.same_as) {
             (Some(field), _) => history.insert(version, field),
             (None, Some(same_as)) => {

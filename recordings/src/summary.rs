@@ -34,6 +34,14 @@ pub struct Summary {
     pub simulated_time_s: f64,
     /// Sizes of the accepted windows; `None` where none was accepted.
     pub dt: Option<WindowSizes>,
+    /// Mean over accepted steps of the contraction rate of the field that decided; `None` where none is known.
+    pub contraction: Option<f64>,
+    /// How often each field was the most sensitive one of an accepted step: the one that set the size of the next.
+    pub sensitive: BTreeMap<String, u64>,
+    /// Steps at which the run can go on from this file.
+    pub checkpoints: Vec<u64>,
+    /// Times that nodes were started again.
+    pub restarts: u32,
     /// What each node did.
     pub nodes: BTreeMap<String, NodeSummary>,
     /// What each topic holds.
@@ -103,7 +111,7 @@ impl Summary {
             ..Self::default()
         };
         let mut accounts = Accounts::default();
-        let mut windows = Vec::new();
+        let (mut windows, mut rates) = (Vec::new(), Vec::new());
         for event in recording.events()? {
             match event? {
                 Event::Metadata { name, map } if name == END => {
@@ -114,13 +122,14 @@ impl Summary {
                     entry.messages += 1;
                     entry.bytes += data.len() as u64;
                     if &*schema != "stagger.v1.FieldMessage" {
-                        summary.control(&schema, &data, &mut accounts, &mut windows);
+                        summary.control(&schema, &data, &mut accounts, &mut windows, &mut rates);
                     }
                 }
                 _ => {}
             }
         }
         summary.dt = sizes(windows);
+        summary.contraction = (!rates.is_empty()).then(|| rates.iter().sum::<f64>() / rates.len() as f64);
         summary.iterations = accounts.iterations();
         summary.imbalance = accounts.ledger().imbalances();
         for (node, ledger) in accounts.ledger().nodes() {
@@ -130,13 +139,24 @@ impl Summary {
         Ok(summary)
     }
 
-    fn control(&mut self, schema: &str, data: &[u8], accounts: &mut Accounts, windows: &mut Vec<f64>) {
+    fn control(
+        &mut self,
+        schema: &str,
+        data: &[u8],
+        accounts: &mut Accounts,
+        windows: &mut Vec<f64>,
+        rates: &mut Vec<f64>,
+    ) {
         match recording::body(schema, data) {
             Ok(Some(Body::Report(report))) => {
                 accounts.report(&report);
                 self.report(&report);
             }
-            Ok(Some(Body::Directive(directive))) => self.directive(&directive, accounts, windows),
+            Ok(Some(Body::Directive(directive))) => self.directive(&directive, accounts, windows, rates),
+            Ok(Some(Body::Checkpoint(checkpoint))) => {
+                let version = checkpoint.envelope.and_then(|envelope| envelope.version).unwrap_or_default();
+                self.checkpoints.push(version.step);
+            }
             Ok(_) => {}
             Err(_) => self.malformed += 1,
         }
@@ -165,13 +185,26 @@ impl Summary {
         }
     }
 
-    fn directive(&mut self, message: &Directive, accounts: &mut Accounts, windows: &mut Vec<f64>) {
+    fn directive(
+        &mut self,
+        message: &Directive,
+        accounts: &mut Accounts,
+        windows: &mut Vec<f64>,
+        rates: &mut Vec<f64>,
+    ) {
+        // Each restart is an epoch.
+        let epoch = message.envelope.as_ref().map_or(1, |envelope| envelope.epoch);
+        self.restarts = self.restarts.max(epoch.saturating_sub(1));
         if let Some(outcome) = accounts.directive(message) {
             match outcome.decision.verdict() {
                 Verdict::Accept => {
                     self.steps_accepted += 1;
                     self.simulated_time_s = outcome.decision.t_s;
                     windows.push(outcome.decision.dt_s);
+                    if !outcome.decision.sensitive.is_empty() {
+                        *self.sensitive.entry(outcome.decision.sensitive.clone()).or_default() += 1;
+                    }
+                    rates.extend((outcome.decision.contraction > 0.0).then_some(outcome.decision.contraction));
                 }
                 Verdict::Reject => self.steps_rejected += 1,
                 Verdict::Iterate | Verdict::None => {}

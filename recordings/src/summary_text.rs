@@ -34,6 +34,23 @@ impl Display for Summary {
             let [min, median, max] = [dt.min_s, dt.median_s, dt.max_s].map(|size| quantity(size, "s"));
             writeln!(f, "{:<12}min {min}, median {median}, max {max}", "dt")?;
         }
+        if let Some(rate) = self.contraction {
+            writeln!(f, "{:<12}by {rate:.3} from one iteration to the next (mean)", "contracts")?;
+        }
+        if !self.sensitive.is_empty() {
+            let times: Vec<_> = self.sensitive.iter().map(|(field, times)| format!("{field} {times}")).collect();
+            writeln!(f, "{:<12}{} (times each was the most sensitive)", "dt set by", times.join(", "))?;
+        }
+        match (self.checkpoints.first(), self.checkpoints.last()) {
+            (Some(first), Some(last)) => {
+                let count = self.checkpoints.len();
+                writeln!(f, "{:<12}{count}, from step {first} to step {last}", "checkpoints")?;
+            }
+            _ => writeln!(f, "{:<12}none", "checkpoints")?,
+        }
+        if self.restarts > 0 {
+            writeln!(f, "{:<12}{} of nodes that died", "restarts", self.restarts)?;
+        }
         self.nodes(f)?;
         self.energies(f)?;
         self.topics(f)?;

@@ -164,6 +164,21 @@ fn a_node_that_dies_before_it_announces_itself_is_started_again() {
 }
 
 #[test]
+fn a_node_that_hangs_is_taken_for_dead_after_the_time_set() {
+    // A stopped process keeps its token for the length of the lease, 5 s: a shorter patience comes first.
+    let place = scene("hang = \"1 s\"\n");
+    let run = place.start(&["--no-record", "--json"]);
+    let pid = place.node("optics");
+    std::thread::sleep(Duration::from_millis(2500));
+    signal("STOP", pid);
+    let output = run.wait_with_output().unwrap();
+    let summary = json(&output);
+    assert!(said(&output).contains("no answer for 1 s"), "{}", said(&output));
+    assert_eq!(summary["restarts"][0]["node"], "optics");
+    place.wait_until_empty();
+}
+
+#[test]
 fn what_cannot_be_resumed_says_why() {
     let place = Workplace::with("quick.toml");
     json(&place.run(&["--record", "run.mcap", "--json"]));

@@ -61,6 +61,20 @@ fn quick() {
 }
 
 #[test]
+fn falling_powder_is_one_physics_that_settles() {
+    let summary = run(&Pinned {
+        scene: "falling-powder.toml",
+        counts: [206, 0, 412],
+        means: &[("positions", 2.7881867366607397e-05), ("contact_area", 4.730382685462766e-12)],
+        imbalance: &[("particles", 5e-3)],
+    });
+    // It fell at 0.5 m/s, and lies on the plate now: within its overlap, no centre is lower than its radius.
+    let velocities = field_of(&summary, "velocities");
+    assert!(velocities["max"].as_f64().unwrap() < 0.1 && velocities["min"].as_f64().unwrap() > -0.1);
+    assert!(field_of(&summary, "wall_contact_pairs")["rows"].as_u64().unwrap() > 100);
+}
+
+#[test]
 fn deposition_warms_by_less_than_a_kelvin() {
     let summary = run(&Pinned {
         scene: "deposition.toml",

@@ -1,7 +1,6 @@
 //! Two trivial nodes and the coordinator, over everything a run goes through but the recording.
 
 use std::{
-    collections::BTreeSet,
     io::Read as _,
     sync::Arc,
     time::{Duration, Instant},
@@ -15,23 +14,30 @@ use stagger_nodes::{
 };
 use stagger_solver::{
     SolveError,
-    coupling::{self, Course, Frozen, Local, Observer, Order, Outcome, Physics, Reply, Settings, StepSize, Window},
+    coupling::{
+        self, Acceleration, Course, Frozen, Local, Observer, Order, Outcome, Physics, Reply, Settings, StepSize, Window,
+    },
 };
 
 const RUN: &str = "bench";
 
-/// Adds one to what it reads: nothing is computed, and every field changes.
-struct AddOne {
+/// The nodes, each of which reads the one before it; the first reads the last.
+const NAMES: [&str; 5] = ["a", "b", "c", "d", "e"];
+
+/// Takes a share of what it reads, another in each of seven sorts of rows, and adds the time: next to nothing is
+/// computed, every field changes, and an iteration of a ring converges.
+struct Share {
     reads: Port,
     writes: Arc<Port>,
     rows: usize,
 }
 
-impl AddOne {
-    fn new(name: &str, rows: usize) -> Self {
-        let port = |field| Port::f64(field, "1", "particles", 3, Measure::Magnitude);
-        let (reads, writes) = if name == "a" { ("from-b", "from-a") } else { ("from-a", "from-b") };
-        Self { reads: port(reads).as_read(), writes: Arc::new(port(writes)), rows }
+impl Share {
+    fn new(name: &str, nodes: usize, rows: usize) -> Self {
+        let port = |name: &str| Port::f64(&format!("from-{name}"), "1", "particles", 3, Measure::Magnitude);
+        let own = NAMES.iter().position(|other| *other == name).expect("one of the names");
+        let before = NAMES[(own + nodes - 1) % nodes];
+        Self { reads: port(before).as_read(), writes: Arc::new(port(name)), rows }
     }
 
     fn reply(&self, values: Vec<f64>) -> Result<Reply, SolveError> {
@@ -40,7 +46,7 @@ impl AddOne {
     }
 }
 
-impl Physics for AddOne {
+impl Physics for Share {
     type State = ();
 
     fn ports(&self) -> Ports {
@@ -51,16 +57,19 @@ impl Physics for AddOne {
         Ok(((), self.reply(vec![0.0; self.rows * 3])?))
     }
 
-    fn solve(&self, (): &(), frozen: &Frozen, _window: Window) -> Result<((), Reply), SolveError> {
+    fn solve(&self, (): &(), frozen: &Frozen, window: Window) -> Result<((), Reply), SolveError> {
         let read = frozen.at_end(&self.reads.field)?.f64()?;
-        Ok(((), self.reply(read.iter().map(|value| value + 1.0).collect())?))
+        let share = |row: usize| 0.1 + 0.1 * (row % 7) as f64;
+        let next = read.iter().enumerate().map(|(row, value)| share(row) * value + window.t_s + 1.0);
+        Ok(((), self.reply(next.collect())?))
     }
 }
 
-/// A node of the pair: `a` or `b`, rows, endpoint.
+/// A node of the ring: its name, the number of nodes, rows, endpoint.
 pub fn node(arguments: &[String]) {
-    let [name, rows, endpoint] = arguments else { panic!("expected a name, rows and an endpoint") };
-    let physics = AddOne::new(name, rows.parse().expect("a number of rows"));
+    let [name, nodes, rows, endpoint] = arguments else { panic!("expected a name, nodes, rows and an endpoint") };
+    let [nodes, rows] = [nodes, rows].map(|number| number.parse().expect("a number"));
+    let physics = Share::new(name, nodes, rows);
     let link = Link::open(&Role::Node { connect: endpoint.clone() }, None).expect("the hub listens");
     let identity = Identity { run: RUN.into(), node: name.clone(), scene_hash: 0 };
     let host = Host::new(&link, identity, Box::new(Local::new(name.as_str(), physics))).expect("the link is open");
@@ -92,39 +101,49 @@ impl Keeper for Bench {
     }
 }
 
-struct Stopwatch(Instant, Vec<f64>);
+/// Times of the decisions, in µs; ends the run when there are enough.
+struct Stopwatch {
+    since: Instant,
+    times: Vec<f64>,
+    enough: usize,
+}
 
 impl Observer for Stopwatch {
     fn started(&mut self, _ready: &[(String, Ready)]) {
-        self.0 = Instant::now();
+        self.since = Instant::now();
     }
 
     fn decided(&mut self, _decision: &Decision, _outcomes: &[Outcome]) -> bool {
-        self.1.push(self.0.elapsed().as_secs_f64() * 1e6);
-        self.0 = Instant::now();
-        true
+        self.times.push(self.since.elapsed().as_secs_f64() * 1e6);
+        self.since = Instant::now();
+        self.times.len() < self.enough
     }
 }
 
-/// Median µs of an iteration with `rows` × 3 f64 each way.
-pub fn iterations(rows: usize, rounds: usize, order: Order) -> f64 {
+/// Median µs of an iteration of `nodes` nodes in a ring, with `rows` × 3 f64 from each to the next.
+///
+/// Plain iterations are accepted whatever they changed, so that each round is one iteration and one decision; those with
+/// an acceleration go on to 1e-8, some ten iterations to a step.
+pub fn iterations(rows: usize, rounds: usize, nodes: usize, order: Order, acceleration: Acceleration) -> f64 {
     let (endpoint, folder) = crate::endpoint("coupled");
     let link = Link::open(&Role::Hub { listen: endpoint.clone() }, None).expect("the endpoint is free");
-    let mut children: Vec<_> =
-        ["a", "b"].into_iter().map(|name| crate::spawn(&["node", name, &rows.to_string(), &endpoint])).collect();
+    let numbers = [nodes.to_string(), rows.to_string()];
+    let spawn = |name: &&str| crate::spawn(&["node", name, &numbers[0], &numbers[1], &endpoint]);
+    let mut children: Vec<_> = NAMES[..nodes].iter().map(spawn).collect();
     let total = rounds + rounds / 10;
     let dt = StepSize { start_s: 1.0, limit_s: 1.0, minimum_s: 1e-3, growth: 2.0 };
-    // Every iteration is accepted, so that each round is one iteration and one decision.
-    let settings = Settings { order, default_tolerance: 1e9, iterations: 5, reuse: 0.0, ..Settings::new(dt) };
-    let names = BTreeSet::from(["a".to_owned(), "b".to_owned()]);
+    let default_tolerance = if acceleration == Acceleration::None { 1e9 } else { 1e-8 };
+    let settings =
+        Settings { order, acceleration, default_tolerance, iterations: 100, reuse: 0.0, ..Settings::new(dt) };
+    let names = NAMES[..nodes].iter().map(|name| (*name).to_owned()).collect();
     let mut keeper = Bench;
     let mut remote =
         Remote::new(link.clone(), RUN, names, Duration::from_secs(60), None, &mut keeper).expect("the link is open");
-    let manifests = remote.gather(0, Duration::from_secs(20)).expect("both nodes come");
+    let manifests = remote.gather(0, Duration::from_secs(20)).expect("all nodes come");
     let ports = ports(&manifests);
-    let plan = coupling::plan(&ports, &settings).expect("the two fit");
-    let mut course = Course::new(&settings, &plan, &coupling::measured(&ports, &plan), total as f64);
-    let mut stopwatch = Stopwatch(Instant::now(), Vec::new());
+    let plan = coupling::plan(&ports, &settings).expect("they fit");
+    let mut course = Course::new(&settings, &plan, &coupling::measured(&ports, &plan), 1e9);
+    let mut stopwatch = Stopwatch { since: Instant::now(), times: Vec::new(), enough: total };
     coupling::drive(&mut remote, &plan, &mut course, 0, &mut stopwatch).expect("nothing can fail");
     for child in &mut children {
         drop(child.stdin.take());
@@ -132,5 +151,5 @@ pub fn iterations(rows: usize, rounds: usize, order: Order) -> f64 {
     }
     link.close().expect("a session closes");
     let _ = std::fs::remove_dir_all(folder);
-    crate::median(stopwatch.1.split_off(rounds / 10))
+    crate::median(stopwatch.times.split_off(rounds / 10))
 }

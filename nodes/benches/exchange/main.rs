@@ -6,6 +6,8 @@
 //! processes with nothing between them; `hub` is Zenoh through a third, as the fields of two nodes go: four messages on
 //! the way, as in an iteration in Gauss–Seidel order (directive, field in and out of the hub, reply). All Zenoh rows use
 //! Unix sockets and shared memory for large payloads, and copy a payload out on arrival, as a solver does.
+//!
+//! A second table has the iteration with an acceleration, two nodes, and plain rings of three to five nodes.
 
 // A bench that cannot measure has nothing better to do than to end.
 #![allow(clippy::expect_used, clippy::panic)]
@@ -14,13 +16,14 @@ mod bare;
 mod coupled;
 mod socket;
 
-use stagger_solver::coupling::Order;
+use stagger_solver::coupling::{Acceleration, Order};
 use std::{
     path::PathBuf,
     process::{Child, Command, Stdio},
 };
 
 const SYSTEMS: [&str; 5] = ["socket", "direct", "hub", "gauss-seidel", "jacobi"];
+const FURTHER: [&str; 6] = ["hub", "aitken", "iqn-ils", "ring-3", "ring-4", "ring-5"];
 const SIZES: [usize; 4] = [1, 1_000, 10_000, 100_000];
 /// Passes over all sizes and systems in turn, so that the machine's drift hits all alike.
 const PASSES: usize = 5;
@@ -45,8 +48,11 @@ fn main() {
                 "socket" => socket::ping_pong(rows, rounds(rows)),
                 "direct" => bare::ping_pong(rows, rounds(rows), false),
                 "hub" => bare::ping_pong(rows, rounds(rows), true),
-                "gauss-seidel" => coupled::iterations(rows, rounds(rows), Order::GaussSeidel),
-                _ => coupled::iterations(rows, rounds(rows), Order::Jacobi),
+                system => {
+                    let order = if system == "jacobi" { Order::Jacobi } else { Order::GaussSeidel };
+                    let nodes = system.strip_prefix("ring-").map_or(2, |nodes| nodes.parse().expect("a number"));
+                    coupled::iterations(rows, rounds(rows), nodes, order, acceleration(system))
+                }
             };
             return println!("{time}");
         }
@@ -56,26 +62,48 @@ fn main() {
     let head = SYSTEMS.map(|system| format!("{system:>22}")).concat();
     println!("{:>8}{head} {:>10} {:>10}", "N x 3", "seidel/hub", "/direct");
     for rows in SIZES {
-        let mut times: [Vec<f64>; SYSTEMS.len()] = Default::default();
-        for _ in 0..PASSES {
-            for (system, times) in SYSTEMS.into_iter().zip(&mut times) {
-                times.push(measure(system, rows));
-            }
-        }
-        let medians = times.map(|mut passes| {
-            passes.sort_by(f64::total_cmp);
-            (passes[passes.len() / 2], passes[0], passes[passes.len() - 1])
-        });
-        let shown = medians.map(|(median, low, high)| format!("{:>22}", format!("{median:.0} [{low:.0}, {high:.0}]")));
-        let [_, direct, hub, seidel, _] = medians.map(|(median, ..)| median);
-        println!("{rows:>8}{} {:>10.2} {:>10.2}", shown.concat(), seidel / hub, seidel / direct);
+        let (shown, [_, direct, hub, seidel, _]) = row(SYSTEMS, rows);
+        println!("{rows:>8}{shown} {:>10.2} {:>10.2}", seidel / hub, seidel / direct);
     }
+    println!("\nrings over as many halves of a hub's round as they have nodes");
+    let head = FURTHER.map(|system| format!("{system:>22}")).concat();
+    println!("{:>8}{head} {:>7} {:>7} {:>7}", "N x 3", "3/hub", "4/hub", "5/hub");
+    for rows in SIZES {
+        let (shown, [hub, _, _, three, four, five]) = row(FURTHER, rows);
+        let [three, four, five] =
+            [(three, 3.0), (four, 4.0), (five, 5.0)].map(|(time, nodes)| 2.0 * time / nodes / hub);
+        println!("{rows:>8}{shown} {three:>7.2} {four:>7.2} {five:>7.2}");
+    }
+}
+
+fn acceleration(system: &str) -> Acceleration {
+    match system {
+        "aitken" => Acceleration::Aitken { relaxation: 0.5 },
+        "iqn-ils" => Acceleration::IqnIls { relaxation: 0.5, reused_steps: 8, columns: 20, filter: 1e-6 },
+        _ => Acceleration::None,
+    }
+}
+
+/// Medians of the systems for one size, as shown and as numbers.
+fn row<const N: usize>(systems: [&str; N], rows: usize) -> (String, [f64; N]) {
+    let mut times = systems.map(|_| Vec::new());
+    for _ in 0..PASSES {
+        for (system, times) in systems.into_iter().zip(&mut times) {
+            times.push(measure(system, rows));
+        }
+    }
+    let medians = times.map(|mut passes| {
+        passes.sort_by(f64::total_cmp);
+        (passes[passes.len() / 2], passes[0], passes[passes.len() - 1])
+    });
+    let shown = medians.map(|(median, low, high)| format!("{:>22}", format!("{median:.0} [{low:.0}, {high:.0}]")));
+    (shown.concat(), medians.map(|(median, ..)| median))
 }
 
 fn measure(system: &str, rows: usize) -> f64 {
     let mut child = program(&["measure", system, &rows.to_string()]);
     // A coordinator passes messages on, and a hub that has one thread for both directions locks itself out.
-    if !["gauss-seidel", "jacobi"].contains(&system) {
+    if ["socket", "direct", "hub"].contains(&system) {
         child.env(RUNTIME, ONE_THREAD);
     }
     let mut child = child.stdout(Stdio::piped()).spawn().expect("this program can be started again");

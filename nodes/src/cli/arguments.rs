@@ -22,6 +22,9 @@ pub(super) enum Command {
     Check {
         #[command(flatten)]
         scene: SceneArguments,
+        /// Print the exchange of fields alone
+        #[arg(long, value_enum, conflicts_with = "json")]
+        graph: Option<crate::graph::Format>,
         /// Print every value in SI units, and what each physics is set up with, as JSON (docs/check.md)
         #[arg(long)]
         json: bool,
@@ -40,6 +43,16 @@ pub(super) enum Command {
         /// Zenoh configuration file
         #[arg(long)]
         config: Option<PathBuf>,
+    },
+    /// Check that a node keeps the protocol: exit 0 when it breaks no rule, 1 when it does
+    Conformance(ConformanceArguments),
+    /// Write a crate to begin a node of your own with
+    NewNode {
+        /// Its name, which is also that of its folder
+        name: String,
+        /// Folder of stagger's sources; by default those this program was built from
+        #[arg(long, value_name = "FOLDER")]
+        stagger: Option<PathBuf>,
     },
     /// Publish a recording as the live run did
     Replay(ReplayArguments),
@@ -157,6 +170,28 @@ pub(super) struct NodeArguments {
 }
 
 #[derive(Debug, Args)]
+pub(super) struct ConformanceArguments {
+    /// The scene whose other nodes surround it; by default a small one of its own, with every physics
+    #[arg(long)]
+    pub(super) scene: Option<PathBuf>,
+    /// Set a key of the scene
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value)]
+    pub(super) overrides: Vec<(String, String)>,
+    /// The node; by default the one of the scene whose fields the command writes
+    #[arg(long, value_name = "NAME", required_unless_present = "command")]
+    pub(super) node: Option<String>,
+    /// How long the node may take for one answer, in s
+    #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u16).range(1..))]
+    pub(super) patience: u16,
+    /// Print the verdicts as JSON
+    #[arg(long)]
+    pub(super) json: bool,
+    /// Program and arguments; by default what the scene runs under that name
+    #[arg(last = true, value_name = "COMMAND")]
+    pub(super) command: Vec<String>,
+}
+
+#[derive(Debug, Args)]
 pub(super) struct ReplayArguments {
     /// The recording
     pub(super) file: PathBuf,
@@ -180,7 +215,7 @@ pub(super) struct ReplayArguments {
     pub(super) listen: Option<String>,
 }
 
-fn key_value(text: &str) -> Result<(String, String), String> {
+pub(crate) fn key_value(text: &str) -> Result<(String, String), String> {
     let (key, value) = text.split_once('=').ok_or_else(|| format!("expected KEY=VALUE, found `{text}`"))?;
     Ok((key.trim().into(), value.trim().into()))
 }

@@ -1,6 +1,7 @@
 //! The command line: raw arguments, then a validated scene, then the work. Results on stdout, diagnostics on stderr.
 
 mod arguments;
+mod author;
 mod words;
 
 use std::{
@@ -13,6 +14,7 @@ use std::{
 };
 
 pub use arguments::Arguments;
+pub(crate) use arguments::key_value;
 use arguments::{Command, NodeArguments, OutputArguments, ReplayArguments, RunArguments, SceneArguments};
 use stagger_messages::keys;
 use stagger_recordings::{Recording, Summary as RecordingSummary};
@@ -22,6 +24,7 @@ use crate::{
     check, check_json,
     coordinator::RunError,
     diagnostics,
+    graph::Format,
     host::NodeEnd,
     link::{Link, Role},
     node,
@@ -48,12 +51,14 @@ enum End {
 pub fn main(arguments: Arguments) -> ExitCode {
     let end = match arguments.command {
         Command::Run(arguments) => run_scene(arguments),
-        Command::Check { scene, json } => check_scene(&scene, json),
+        Command::Check { scene, graph, json } => check_scene(&scene, graph, json),
         Command::Node(arguments) => run_node(arguments),
         Command::Coordinator { scene, listen, output, config } => {
             let options = Options { listen: Some(listen), config, ..Options::default() };
             coordinate(&scene, &output, None, options)
         }
+        Command::Conformance(arguments) => author::conformance(arguments),
+        Command::NewNode { name, stagger } => author::new_node(&name, stagger),
         Command::Replay(arguments) => replay_file(arguments),
         Command::Verify { file, node, tolerance, json } => verify_file(&file, node.as_deref(), tolerance, json),
         Command::Info { file, json } => info(&file, json),
@@ -215,7 +220,7 @@ fn how_to_go_on(path: &Path) -> String {
     format!("; the same command with --resume {} goes on from step {step}", path.display())
 }
 
-fn check_scene(arguments: &SceneArguments, json: bool) -> End {
+fn check_scene(arguments: &SceneArguments, graph: Option<Format>, json: bool) -> End {
     let scene = match read_scene(&arguments.scene, &arguments.overrides) {
         Ok(scene) => scene,
         Err(end) => return end,
@@ -227,8 +232,12 @@ fn check_scene(arguments: &SceneArguments, json: bool) -> End {
         }
         return report.problem.map_or(End::Done, |problem| End::Code(USAGE, problem));
     }
-    match check::describe(&scene) {
-        Ok(text) => {
+    match check::check_whole(&scene, &arguments.scene) {
+        Ok(checked) => {
+            let text = match graph {
+                Some(format) => check::graph(&scene, &checked, format),
+                None => check::describe(&scene, &checked),
+            };
             print(text.trim_end());
             End::Done
         }

@@ -124,7 +124,7 @@ impl Ensemble for Remote<'_> {
         let begun = Instant::now();
         let (mut patience, mut interrupted) = (ASK_AGAIN, None);
         while !Self::complete(&asked, &outcomes) {
-            let Some((node, body)) = self.hear(task.version, patience.min(ASK_AGAIN))? else {
+            let Some((node, body)) = self.hear(task.version, patience.min(ASK_AGAIN).min(self.hang))? else {
                 if self.keeper.interrupted() && interrupted.get_or_insert_with(Instant::now).elapsed() > INTERRUPTED {
                     return Err(RunError::Interrupted);
                 }

@@ -23,7 +23,10 @@ use stagger_solver::{
     coupling::{COORDINATOR, ControlError, Inbox, PlanError},
 };
 
-use crate::link::{Arrival, Declared, Link, LinkError, Outlet};
+use crate::{
+    link::{Arrival, Declared, Link, LinkError, Outlet},
+    summary,
+};
 
 /// Why a run ended before its end.
 #[derive(Debug, thiserror::Error)]
@@ -285,9 +288,7 @@ impl<'a> Remote<'a> {
     /// What the fields held at the end, as the nodes said when they left.
     #[must_use]
     pub fn final_fields(&self) -> Vec<FieldSummary> {
-        let mut fields: Vec<_> = self.farewells.values().flatten().cloned().collect();
-        fields.sort_by(|a, b| a.field.cmp(&b.field));
-        fields
+        summary::told_apart(self.farewells.iter().map(|(node, fields)| (node.as_str(), fields.clone())))
     }
 
     /// Nodes that ended without a word about their fields.

@@ -58,6 +58,11 @@ impl Plots {
             point("iterations/per_step", "iterations, rejected attempts included", f64::from(self.iterations)),
         ];
         self.iterations = 0;
+        let contraction = outcome.decision.contraction;
+        if contraction > 0.0 && contraction.is_finite() {
+            let name = "log10 of the contraction rate";
+            points.push(point("convergence/contraction", name, contraction.log10().max(FLOOR)));
+        }
         points.extend(self.convergence(outcome.decision.violation));
         for (node, seconds) in std::mem::take(&mut self.solve_s) {
             points.push(point(format!("cost/{node}"), format!("{node} [ms]"), seconds * 1e3));

@@ -81,7 +81,7 @@ impl Ledger {
         &self.nodes
     }
 
-    /// Imbalance of each node, and of each exchange between two as `"name: giver to taker"`, over its throughput.
+    /// Imbalance of each node, and of each exchange as `"name: givers to takers"`, over its throughput.
     #[must_use]
     pub fn imbalances(&self) -> BTreeMap<String, f64> {
         let relative = |imbalance: f64, throughput: f64| {
@@ -92,14 +92,23 @@ impl Ledger {
             .iter()
             .map(|(node, account)| (node.clone(), relative(account.imbalance(), account.throughput())))
             .collect();
-        for (giver, from) in &self.nodes {
-            for (taker, to) in self.nodes.iter().filter(|(taker, _)| *taker != giver) {
-                for (name, lost) in &from.lost {
-                    if let Some(gained) = to.gained.get(name) {
-                        result.insert(format!("{name}: {giver} to {taker}"), relative(gained - lost, lost.abs()));
-                    }
+        let mut exchanges: BTreeMap<&str, [Vec<(&str, f64)>; 2]> = BTreeMap::new();
+        for (node, account) in &self.nodes {
+            for (side, entries) in [&account.lost, &account.gained].into_iter().enumerate() {
+                for (name, joule) in entries {
+                    exchanges.entry(name).or_default()[side].push((node, *joule));
                 }
             }
+        }
+        for (name, [givers, takers]) in exchanges {
+            if givers.is_empty() || takers.is_empty() {
+                continue;
+            }
+            let names = |side: &[(&str, f64)]| side.iter().map(|(node, _)| *node).collect::<Vec<_>>().join(" and ");
+            let sum = |side: &[(&str, f64)]| side.iter().map(|(_, joule)| joule).sum::<f64>();
+            let (lost, gained) = (sum(&givers), sum(&takers));
+            let between = format!("{name}: {} to {}", names(&givers), names(&takers));
+            result.insert(between, relative(gained - lost, lost.abs()));
         }
         result
     }
@@ -129,5 +138,7 @@ mod tests {
         ledger.book("thermal", &[Energy::stored("heat", 14.0), Energy::gained("absorbed", 1.0)]);
         assert_eq!(ledger.imbalances()["thermal"], 1.0 / 4.0);
         assert_eq!(ledger.imbalances()["absorbed: optics to thermal"], 1.0 / 3.0);
+        ledger.book("second", &[Energy::gained("laser", 1.0), Energy::lost("absorbed", 1.0)]);
+        assert_eq!(ledger.imbalances()["absorbed: optics and second to thermal"], 0.0);
     }
 }
