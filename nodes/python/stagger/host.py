@@ -212,9 +212,11 @@ class Host:
     def _start(self, envelope: Any, plan: Any) -> None:
         if self._epoch != envelope.epoch:
             self._epoch, self._sequence = envelope.epoch, 0
-            sources = [s for node in plan.nodes if node.node == self.identity.node for s in node.sources]
-            self.trials.set_sources({s.field: (_MEASURES[s.measure], s.reuse_below) for s in sources})
-            self._inbox = Inbox(sources)
+            mine = next((part for part in plan.nodes if part.node == self.identity.node), None)
+            if mine is None:
+                raise Refused(f"the run has no node `{self.identity.node}`, but {', '.join(plan.order)}")
+            self.trials.set_sources({s.field: (_MEASURES[s.measure], s.reuse_below) for s in mine.sources})
+            self._inbox = Inbox(mine.sources)
             self._from = Version.of(getattr(plan, "from"))
             with self._or_fail(self._about(self.identity.node, self._from)):
                 if self._from == INITIAL:
@@ -248,6 +250,10 @@ class Host:
 
     def _iterate(self, envelope: Any, iterate: Any) -> None:
         version = Version.of(envelope.version)
+        if version <= self._accepted:
+            # It is late: what is over is not solved again.
+            self.refused += 1
+            return
         if iterate.again:
             self._answer_again(envelope, version)
         if resting(self.identity.node, iterate) is not None:

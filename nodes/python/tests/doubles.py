@@ -102,6 +102,7 @@ class Run:
     def plan(self, start: Version = INITIAL, writers: tuple[str, ...] = ("optics",), **source: Any) -> None:
         directive = Directive(envelope=self.envelope(start))
         start.write(getattr(directive.plan, "from"))
+        directive.plan.order.extend([*writers, "thermal"])
         node = directive.plan.nodes.add(node="thermal")
         for writer in writers:
             node.sources.add(field="heat", writer=writer, **{"interpolate": True, "same_iteration": True, **source})

@@ -224,6 +224,12 @@ class WholeRun(unittest.TestCase):
             self.assertEqual(runs["python"]["nodes"]["watch"]["solves"], steps["accepted"])
             self.assertGreater(steps["iterations"], steps["accepted"])
 
+    def test_it_keeps_the_protocol(self) -> None:
+        command = [str(PROGRAM), "conformance", "--", sys.executable, str(EXAMPLE), str(self.folder)]
+        told = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True)
+        self.assertEqual(told.returncode, 0, told.stdout + told.stderr)
+        self.assertIn(" 0 broken, 0 not applicable", told.stdout)
+
     def test_no_process_outlives_a_killed_run(self) -> None:
         slow = self.folder / "slow.py"
         slow.write_text(SLOW)

@@ -8,7 +8,7 @@ import unittest
 import numpy as np
 from doubles import RUN, Run, V, Warming, temperatures
 
-from stagger import Reply
+from stagger import Port, Reply
 from stagger.host import Event
 from stagger.messages import INITIAL, FieldMessage, Manifest, Report, Snapshot
 from stagger.trial import Refused
@@ -74,6 +74,8 @@ class Trial(unittest.TestCase):
             run.iterate(SECOND, committed=FIRST, accept=FIRST)
         run.field(SECOND, [3.0, 2.0])
         self.assertEqual(temperatures(run.told()), [(SECOND, [305.0, 404.0])])
+        run.iterate(FIRST, again=True)
+        self.assertEqual((run.told(), run.host.refused), ([], 1), "it comes too late")
         self.assertTrue(run.stop(accept=SECOND).completed)
         (farewell,) = run.reports()
         (field,) = farewell.farewell.fields
@@ -207,12 +209,37 @@ class Faults(unittest.TestCase):
         self.assertEqual(report.done.refused, 8)
 
     def test_a_value_that_is_not_finite_asks_for_a_smaller_step(self):
-        run = Run().started()
+        class Hot(Warming):
+            writes = [Port("temperature", "K", "particles", components=2)]
+
+            def initial(self):
+                return None, Reply({"temperature": np.zeros((2, 2))})
+
+            def solve(self, state, frozen, window):
+                return state, Reply({"temperature": np.array([[300.0, 300.0], [300.0, np.nan]])})
+
+        run = Run(Hot()).started()
         run.iterate(FIRST)
-        run.field(FIRST, [3.0, np.nan])
+        run.field(FIRST, [3.0, 2.0])
         (report,) = run.reports()
         self.assertTrue(report.failure.retry)
-        self.assertIn("field `temperature` is nan in row 1", report.failure.message)
+        self.assertIn("thermal: field `temperature` is nan in row 1", report.failure.message)
+
+    def test_a_frozen_value_that_is_not_finite_does_so_before_anything_is_solved(self):
+        class Blind(Warming):
+            def solve(self, state, frozen, window):
+                return state, Reply({"temperature": state})
+
+        for instant, at in (("start", INITIAL), ("end", FIRST)):
+            run = Run(Blind())
+            run.plan()
+            for version in (INITIAL, FIRST):
+                run.field(version, [3.0, np.nan if version == at else 2.0])
+            run.iterate(FIRST)
+            *_, report = run.reports()
+            self.assertTrue(report.failure.retry)
+            words = f"frozen field `heat`, at the window's {instant}, is nan in row 1"
+            self.assertIn(words, report.failure.message)
 
     def test_an_exception_is_told_and_the_node_goes_on(self):
         class Broken(Warming):
@@ -439,6 +466,13 @@ class Schedule(unittest.TestCase):
         (report,) = run.reports()
         self.assertEqual(V.of(report.envelope.version), FIRST)
         self.assertIn("no state for it to go on from", report.failure.message)
+
+    def test_a_node_that_the_run_does_not_know_of_ends(self):
+        stranger = Run()
+        stranger.host.identity = stranger.host.identity._replace(node="watch")
+        with self.assertRaisesRegex(Refused, "the run has no node `watch`, but optics, thermal"):
+            stranger.plan()
+        self.assertEqual(stranger.told(), [])
 
     def test_a_state_that_would_run_code_is_refused(self):
         class Stranger:
