@@ -94,7 +94,7 @@ pub fn check_whole(scene: &Scene, file: &Path) -> Result<Checked, CheckError> {
 fn ask(scene: &Scene, file: &Path, commands: &[String]) -> Result<BTreeMap<String, Ports>, Failed> {
     let run = format!("check-{}", std::process::id());
     let endpoint = Endpoint::new(&run, None)?;
-    let link = Link::open(&Role::Hub { listen: endpoint.name.clone() }, None)?;
+    let link = Link::open(&Role::Hub { listen: vec![endpoint.name.clone()] }, None)?;
     let common = Common {
         run: run.clone(),
         connect: endpoint.name.clone(),

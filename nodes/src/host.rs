@@ -17,7 +17,7 @@ use stagger_messages::{
     Decision, Directive, Done, Envelope, Failure, Farewell, Field, Fields, Iterate, Manifest, Plan, Ready, Report,
     SCHEMA_VERSION, Snapshot, Stop, Verdict, Version, codec, directive, keys, report,
 };
-use stagger_solver::coupling::{self, Answer, Inbox, Participant, Window, resting, same, window_of};
+use stagger_solver::coupling::{self, Answer, COORDINATOR, Inbox, Participant, Window, resting, same, window_of};
 
 use crate::{
     link::{Arrival, Declared, Link, LinkError, Outlet},
@@ -271,7 +271,11 @@ impl Host {
             return;
         }
         let sender = received.envelope.sender.clone();
-        if !self.accepts(Some(&received.envelope), false) || !self.inbox.reads(&sender, &received.name) {
+        if !self.accepts(Some(&received.envelope), false) {
+            return;
+        }
+        if !self.inbox.reads(&sender, &received.name) {
+            self.refused += 1;
             return;
         }
         let version = received.envelope.version.unwrap_or_default();
@@ -291,6 +295,10 @@ impl Host {
         let is_plan = matches!(directive.task, Some(directive::Task::Plan(_)));
         let is_early_stop = matches!(directive.task, Some(directive::Task::Stop(_))) && self.epoch.is_none();
         if !self.accepts(directive.envelope.as_ref(), is_plan || is_early_stop) {
+            return Ok(None);
+        }
+        if directive.envelope.as_ref().is_none_or(|envelope| envelope.sender != COORDINATOR) {
+            self.refused += 1;
             return Ok(None);
         }
         let envelope = directive.envelope.unwrap_or_default();

@@ -1,8 +1,8 @@
 //! The link between the processes of a run: the only file that knows Zenoh.
 //!
-//! A run is a star. The coordinator's session is the hub and listens, nodes connect to it as clients; there is no
-//! scouting and no gossip, so nothing leaves the endpoints given. Every put is reliable, blocks rather than drops,
-//! and waits a minute before it gives a link up. Payloads of 3 KiB or more go through shared memory.
+//! A run is a star. The coordinator's session is the hub and listens, nodes connect to it as clients, or all connect to
+//! a router; there is no scouting and no gossip, so nothing leaves the endpoints given. Every put is reliable, blocks
+//! rather than drops, and waits a minute before it gives a link up. Payloads of 3 KiB or more go through shared memory.
 
 use std::{
     collections::{BTreeMap, VecDeque},
@@ -23,6 +23,8 @@ use zenoh::{
     shm::{GarbageCollect, PosixShmProviderBackend, ShmProvider, ShmProviderBuilder, ZShm, ZShmMut},
 };
 
+use crate::settings::settings;
+
 /// Payloads of this many bytes or more go through shared memory; smaller ones cost less in the socket.
 const SHARED_MEMORY_FROM: usize = 3 * 1024;
 /// Pool of one node's outgoing fields, in bytes. A full pool falls back to the socket, with a warning.
@@ -30,20 +32,16 @@ const SHARED_MEMORY_POOL: usize = 256 * 1024 * 1024;
 /// Newest buffers of one key that a publisher keeps; readers copy them out when they arrive. While it holds them,
 /// Zenoh's watchdog does not take them back (eclipse-zenoh/zenoh#2628), however late a reader is scheduled.
 const HELD_BUFFERS: usize = 3;
-/// How long a stopped process is taken for alive, in ms.
-const LEASE_MS: u64 = 5_000;
-/// How long a put waits for a link that does not drain before it closes it, in µs.
-const PATIENCE_US: u64 = 60_000_000;
 
 /// Why the processes of a run cannot talk.
 #[derive(Debug, thiserror::Error)]
 pub enum LinkError {
     /// A configuration file that is not one.
-    #[error("Zenoh configuration {}: {message}", .path.display())]
+    #[error("Zenoh configuration {}: {message}\nhint: expected Zenoh's JSON5; docs/several-hosts.md shows one", .path.display())]
     Config {
         /// The file.
         path: PathBuf,
-        /// What Zenoh said.
+        /// What is wrong with it.
         message: String,
     },
     /// A session that does not open, a declaration or a put that fails.
@@ -61,19 +59,35 @@ fn failed(what: impl Into<String>) -> impl FnOnce(zenoh::Error) -> LinkError {
     move |error| LinkError::Zenoh { what, message: error.to_string() }
 }
 
-/// Which end of the star a process is.
+/// Where in the star a process stands.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Role {
     /// Listens; the nodes' messages to each other pass through it.
     Hub {
-        /// Endpoint such as `unixsock-stream//tmp/x/hub.sock` or `tcp/127.0.0.1:7447`.
-        listen: String,
+        /// Endpoints such as `unixsock-stream//tmp/x/hub.sock` or `tcp/127.0.0.1:7447`.
+        listen: Vec<String>,
     },
-    /// Connects to the hub.
+    /// Listens for everybody and takes no part in a run itself.
+    Router {
+        /// Endpoints.
+        listen: Vec<String>,
+    },
+    /// Connects to the hub or, as the coordinator then does too, to a router.
     Node {
-        /// The hub's endpoint.
+        /// The endpoint of the one that listens.
         connect: String,
     },
+}
+
+impl Role {
+    /// The endpoints it listens on or connects to, for messages.
+    #[must_use]
+    pub fn endpoints(&self) -> String {
+        match self {
+            Self::Hub { listen } | Self::Router { listen } => listen.join(", "),
+            Self::Node { connect } => connect.clone(),
+        }
+    }
 }
 
 /// A message as it came.
@@ -107,37 +121,19 @@ enum Kind {
 }
 
 impl Link {
-    /// Opens a session as `role`; `config` is a Zenoh configuration file whose settings come first.
+    /// Opens a session as `role`; `config` is a Zenoh configuration file. The role's mode and endpoints win over it.
     ///
     /// # Errors
     /// The configuration is not valid, or the endpoint cannot be listened on or reached.
     pub fn open(role: &Role, config: Option<&Path>) -> Result<Self, LinkError> {
-        let mut settings = match config {
-            None => Config::default(),
-            Some(path) => Config::from_file(path)
-                .map_err(|error| LinkError::Config { path: path.into(), message: error.to_string() })?,
-        };
-        let (mode, listen, connect, what) = match role {
-            Role::Hub { listen } => ("peer", vec![listen], vec![], format!("listen on {listen}")),
-            Role::Node { connect } => ("client", vec![], vec![connect], format!("connect to {connect}")),
-        };
-        let list = |endpoints: Vec<&String>| serde_json::json!(endpoints).to_string();
-        let lines = [
-            ("mode", format!("\"{mode}\"")),
-            ("listen/endpoints", list(listen)),
-            ("connect/endpoints", list(connect)),
-            ("connect/timeout_ms", "10000".into()),
-            ("connect/exit_on_failure", "true".into()),
-            ("scouting/multicast/enabled", "false".into()),
-            ("scouting/gossip/enabled", "false".into()),
-            ("transport/link/tx/lease", LEASE_MS.to_string()),
-            ("transport/link/tx/queue/congestion_control/block/wait_before_close", PATIENCE_US.to_string()),
-            // Large payloads are put into shared memory here, where they can be held and a full pool be told.
-            ("transport/shared_memory/transport_optimization/enabled", "false".into()),
-        ];
-        for (key, value) in lines {
-            settings.insert_json5(key, &value).map_err(failed(format!("set {key} to {value}")))?;
-        }
+        let settings = settings(role, config)?.to_string();
+        let settings = Config::from_json5(&settings).map_err(|error| LinkError::Config {
+            // Ours alone is valid: what is not comes from the file.
+            path: config.unwrap_or(Path::new("built in")).into(),
+            message: error.to_string(),
+        })?;
+        let verb = if matches!(role, Role::Node { .. }) { "connect to" } else { "listen on" };
+        let what = format!("{verb} {}", role.endpoints());
         let session = zenoh::open(settings).wait().map_err(failed(what))?;
         Ok(Self { session, pool: Arc::default(), shares: matches!(role, Role::Node { .. }) })
     }

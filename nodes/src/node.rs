@@ -3,8 +3,10 @@
 use std::{
     io::Read as _,
     path::{Path, PathBuf},
+    time::Duration,
 };
 
+use stagger_messages::keys;
 use stagger_solver::{coupling::Participant, scene::Scene};
 
 use crate::{
@@ -12,6 +14,9 @@ use crate::{
     link::{Link, LinkError, Role},
     roster::{RosterError, participant},
 };
+
+/// How long a node whose run has ended stays for the coordinator to have heard it.
+const LINGER: Duration = Duration::from_secs(2);
 
 /// What a node is started with.
 #[derive(Clone, Debug)]
@@ -66,6 +71,7 @@ pub fn take_part(
     child: bool,
 ) -> Result<NodeEnd, NodeError> {
     let link = Link::open(&Role::Node { connect: connect.into() }, config)?;
+    let run = identity.run.clone();
     let host = Host::new(&link, identity, participant)?;
     if child {
         let to_host = host.sender();
@@ -75,10 +81,25 @@ pub fn take_part(
             let _ = to_host.send(Event::Abandoned);
         });
     }
+    // A QUIC link that closes drops what has not arrived yet: the coordinator, once it has heard all, leaves first.
+    let (leaves, left) = std::sync::mpsc::channel();
+    let _coordinator = link.watch(&keys::live(&run, "coordinator", "*"), move |_, alive| {
+        if !alive {
+            // A node that no longer waits has left itself.
+            let _ = leaves.send(());
+        }
+    })?;
     let end = host.run();
+    if matches!(end, Ok(NodeEnd::Stopped { .. })) {
+        // Whether it left in time or not, there is nothing more to say.
+        let _ = left.recv_timeout(LINGER);
+    }
     // Whatever happened, what was said last must leave; how the node ended is the more important news.
     let closed = link.close();
     let end = end?;
-    closed?;
+    // A link to nobody does not close in time.
+    if end != NodeEnd::Abandoned {
+        closed?;
+    }
     Ok(end)
 }

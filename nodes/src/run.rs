@@ -31,7 +31,9 @@ use crate::{
 };
 
 /// How long nodes that somebody starts by hand have to announce themselves.
-const BY_HAND: Duration = Duration::from_secs(600);
+const PATIENCE_BY_HAND: Duration = Duration::from_secs(600);
+/// How long another coordinator may take to answer that it has the run's name.
+const TAKEN: Duration = Duration::from_secs(2);
 
 /// What is asked for beside the scene.
 #[derive(Clone, Debug, Default)]
@@ -50,8 +52,10 @@ pub struct Options {
     pub commands: BTreeMap<String, Vec<String>>,
     /// The bridge to show the run in while it goes on.
     pub view: Option<PathBuf>,
-    /// Endpoint to listen on, for nodes started by hand; `None` starts them all here.
-    pub listen: Option<String>,
+    /// Where nodes started by hand are met; `None` starts them all here.
+    pub by_hand: Option<Role>,
+    /// Name of the run; `None` makes one.
+    pub name: Option<String>,
     /// Zenoh configuration file.
     pub config: Option<PathBuf>,
     /// The checkpoint to go on from; `None` starts at t = 0.
@@ -76,6 +80,9 @@ pub enum Failed {
     /// The viewer.
     #[error(transparent)]
     View(#[from] view::ViewError),
+    /// Another coordinator of the same name, behind the same router.
+    #[error("run `{0}` has a coordinator already\nhint: give this one another name with --run")]
+    Taken(String),
     /// A file or a process.
     #[error("{what}: {source}")]
     Io {
@@ -97,9 +104,18 @@ fn io(what: impl Into<String>) -> impl FnOnce(std::io::Error) -> Failed {
 pub fn run(scene: &Scene, options: Options, interrupted: &Arc<AtomicBool>) -> Result<Summary, Failed> {
     let mut nodes = roster(scene);
     nodes.extend(options.commands.iter().map(|(node, command)| (node.clone(), Runs::Command(command.clone()))));
-    let run = run_name(&options.scene);
-    let endpoint = Endpoint::new(&run, options.listen.as_deref())?;
-    let link = Link::open(&Role::Hub { listen: endpoint.name.clone() }, options.config.as_deref())?;
+    let run = options.name.clone().unwrap_or_else(|| run_name(&options.scene));
+    let (role, endpoint) = match &options.by_hand {
+        Some(role) => (role.clone(), None),
+        None => {
+            let endpoint = Endpoint::new(&run, None)?;
+            (Role::Hub { listen: vec![endpoint.name.clone()] }, Some(endpoint))
+        }
+    };
+    let link = Link::open(&role, options.config.as_deref())?;
+    if matches!(role, Role::Node { .. }) && !link.ask(&keys::manifest(&run, "coordinator"), TAKEN)?.is_empty() {
+        return Err(Failed::Taken(run));
+    }
     let info = run_info(&run, scene, &options);
     let mut records = Records::start(&link, &info, scene, &options)?;
     let asked = Arrival {
@@ -111,7 +127,7 @@ pub fn run(scene: &Scene, options: Options, interrupted: &Arc<AtomicBool>) -> Re
     let names: BTreeSet<String> = nodes.keys().cloned().collect();
     let common = Common {
         run: run.clone(),
-        connect: endpoint.name.clone(),
+        connect: endpoint.as_ref().map(|endpoint| endpoint.name.clone()).unwrap_or_default(),
         scene: options.scene.clone(),
         overrides: options.overrides.clone(),
         scene_hash: scene.hash,
@@ -126,15 +142,15 @@ pub fn run(scene: &Scene, options: Options, interrupted: &Arc<AtomicBool>) -> Re
             };
         }
         Box::new(Threads::start(&link, &run, scene.hash, participants, Arc::clone(interrupted))?)
-    } else if options.listen.is_some() {
-        diagnostics::note(&format!("run {run} waits on {} for {}", endpoint.name, join(&names)));
+    } else if options.by_hand.is_some() {
+        diagnostics::note(&format!("run {run} waits on {} for {}", role.endpoints(), join(&names)));
         Box::new(ByHand(Arc::clone(interrupted)))
     } else {
         let launcher = Launcher::start(&nodes, common, Arc::clone(interrupted));
         Box::new(launcher.map_err(io("cannot start the nodes"))?)
     };
-    let by_hand = options.listen.is_some();
-    let patience = if by_hand { BY_HAND } else { Duration::from_secs_f64(scene.recovery.start_s) };
+    let by_hand = options.by_hand.is_some();
+    let patience = if by_hand { PATIENCE_BY_HAND } else { Duration::from_secs_f64(scene.recovery.start_s) };
     let hang = Duration::from_secs_f64(scene.recovery.hang_s);
     let mut monitor = Monitor::new(scene.duration_s, Arc::clone(interrupted));
     let resume = options.resume.clone();

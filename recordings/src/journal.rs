@@ -5,12 +5,13 @@ use std::{
 
 use bytes::Bytes;
 use stagger_messages::{
-    Checkpoint, Directive, Envelope, FieldMessage, MessageError, Report, Version, codec, directive, report,
+    Checkpoint, Directive, Envelope, FieldMessage, Manifest, MessageError, Report, Version, codec, directive, report,
 };
 
 use crate::{
     ControlKind, Exchange, Level, Recorded, RecorderOptions, RecordingError, RunInfo,
     container::ContainerWriter,
+    membership::Membership,
     recording::{END, RUN, SCENE},
     thinning::{Piece, Thinning},
 };
@@ -21,6 +22,7 @@ const BUFFER_BYTES: usize = 1 << 18;
 /// Puts messages in the order and form in which they are recorded: each once, in simulated time, thinned as asked for.
 pub(crate) struct Journal<W: Write> {
     container: ContainerWriter<BufWriter<W>>,
+    membership: Membership,
     thinning: Option<Thinning>,
     senders: BTreeMap<(String, u32), Numbering>,
     /// What is in the file of each version, and the epoch it came in.
@@ -47,6 +49,7 @@ impl<W: Write> Journal<W> {
         let thin = options.level == Level::Accepted || options.every > 1;
         Ok(Self {
             container,
+            membership: Membership::new(&info.run),
             thinning: thin.then(|| Thinning::new(options.every)),
             senders: BTreeMap::new(),
             seen: BTreeMap::new(),
@@ -71,8 +74,10 @@ impl<W: Write> Journal<W> {
         publish_ns: u64,
     ) -> Result<(), RecordingError> {
         let Some(header) = self.decoded(codec::decode::<FieldMessage>("field", attachment)) else { return Ok(()) };
-        let Some((envelope, version)) = header.envelope.as_ref().and_then(|it| Some((it.clone(), it.version?))) else {
-            self.recorded.malformed += 1;
+        let whole = codec::decode_field(attachment, payload.clone()).is_ok();
+        let own = header.envelope.clone().filter(|envelope| whole && self.membership.admits(&topic, envelope));
+        let Some((envelope, version)) = own.and_then(|envelope| Some((envelope.clone(), envelope.version?))) else {
+            self.recorded.refused += 1;
             return Ok(());
         };
         self.count(&envelope);
@@ -100,11 +105,22 @@ impl<W: Write> Journal<W> {
         publish_ns: u64,
     ) -> Result<(), RecordingError> {
         let (schema, envelope) = match kind {
-            ControlKind::Manifest => ("Manifest", None),
+            ControlKind::Manifest => {
+                let decoded = self.decoded(codec::decode::<Manifest>("manifest", message));
+                let Some(manifest) = decoded else { return Ok(()) };
+                if !self.admitted(self.membership.admits_manifest(&topic, &manifest)) {
+                    return Ok(());
+                }
+                ("Manifest", None)
+            }
             ControlKind::Checkpoint => {
                 let Some(checkpoint) = self.decoded(codec::decode::<Checkpoint>("checkpoint", message)) else {
                     return Ok(());
                 };
+                let own = checkpoint.envelope.as_ref().is_some_and(|it| self.membership.admits_checkpoint(it));
+                if !self.admitted(own) {
+                    return Ok(());
+                }
                 let version = checkpoint.envelope.as_ref().and_then(|envelope| envelope.version).unwrap_or_default();
                 self.seen = self.seen.split_off(&version);
                 ("Checkpoint", checkpoint.envelope)
@@ -114,6 +130,9 @@ impl<W: Write> Journal<W> {
                 // A failure is news even where a reply to the same trial came before.
                 let repeatable = !matches!(report.body, Some(report::Body::Failure(_)));
                 let envelope = report.envelope.unwrap_or_default();
+                if !self.admitted(self.membership.admits(&topic, &envelope)) {
+                    return Ok(());
+                }
                 self.count(&envelope);
                 let version = envelope.version.unwrap_or_default();
                 let ready = matches!(report.body, Some(report::Body::Ready(_)));
@@ -126,6 +145,10 @@ impl<W: Write> Journal<W> {
             ControlKind::Directive => {
                 let decoded = self.decoded(codec::decode::<Directive>("directive", message));
                 let Some(directive) = decoded else { return Ok(()) };
+                let own = self.membership.admits_directive(&topic, &directive);
+                if !self.admitted(own) {
+                    return Ok(());
+                }
                 if let Some(envelope) = &directive.envelope {
                     self.count(envelope);
                     if self.asked_before(envelope, &directive, &topic) {
@@ -167,8 +190,13 @@ impl<W: Write> Journal<W> {
     }
 
     fn decoded<M>(&mut self, result: Result<M, MessageError>) -> Option<M> {
-        self.recorded.malformed += u64::from(result.is_err());
+        self.recorded.refused += u64::from(result.is_err());
         result.ok()
+    }
+
+    fn admitted(&mut self, own: bool) -> bool {
+        self.recorded.refused += u64::from(!own);
+        own
     }
 
     fn count(&mut self, envelope: &Envelope) {

@@ -8,6 +8,7 @@ mod container;
 mod error;
 mod history;
 mod journal;
+mod membership;
 mod queue;
 mod recorder;
 mod recording;

@@ -122,8 +122,8 @@ pub struct Recorded {
     pub file_bytes: u64,
     /// Messages that were sent but never reached the recorder, from gaps in the senders' numbering.
     pub lost: u64,
-    /// Messages that could not be decoded, and are not in the file.
-    pub malformed: u64,
+    /// Messages that could not be decoded or are not this run's own, and are not in the file.
+    pub refused: u64,
 }
 
 /// Writes a run to MCAP on a thread of its own.

@@ -74,7 +74,7 @@ fn every_exchange_comes_back_bit_for_bit_and_in_order() {
     let messages = read(&bytes);
     assert_eq!(messages.len(), sent.len());
     assert_eq!(recorded.messages, sent.len() as u64);
-    assert_eq!((recorded.lost, recorded.malformed, recorded.file_bytes), (0, 0, bytes.len() as u64));
+    assert_eq!((recorded.lost, recorded.refused, recorded.file_bytes), (0, 0, bytes.len() as u64));
     for (exchange, message) in sent.iter().zip(&messages) {
         match (exchange, &message.body) {
             (Exchange::Field { topic, attachment, payload }, Body::Field(received)) => {

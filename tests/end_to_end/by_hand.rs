@@ -13,10 +13,13 @@ use stagger_nodes::link::{Link, Role};
 
 use super::program::{Workplace, json, said, stagger};
 
-/// A port that is free now.
+/// An address whose port is free now.
+pub fn free_address() -> String {
+    std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().to_string()
+}
+
 fn endpoint() -> String {
-    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
-    format!("tcp/{}", listener.local_addr().unwrap())
+    format!("tcp/{}", free_address())
 }
 
 #[test]

@@ -3,6 +3,7 @@
 // Helpers of tests are not tests to clippy's `allow-unwrap-in-tests`.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+mod authority;
 mod bad_runs;
 mod by_hand;
 mod commands;
@@ -11,3 +12,4 @@ mod live;
 mod program;
 mod recovery;
 mod same_bits;
+mod several_hosts;

@@ -126,7 +126,7 @@ impl Observer for Stopwatch {
 /// an acceleration go on to 1e-8, some ten iterations to a step.
 pub fn iterations(rows: usize, rounds: usize, nodes: usize, order: Order, acceleration: Acceleration) -> f64 {
     let (endpoint, folder) = crate::endpoint("coupled");
-    let link = Link::open(&Role::Hub { listen: endpoint.clone() }, None).expect("the endpoint is free");
+    let link = Link::open(&Role::Hub { listen: vec![endpoint.clone()] }, None).expect("the endpoint is free");
     let numbers = [nodes.to_string(), rows.to_string()];
     let spawn = |name: &&str| crate::spawn(&["node", name, &numbers[0], &numbers[1], &endpoint]);
     let mut children: Vec<_> = NAMES[..nodes].iter().map(spawn).collect();

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
+use stagger_messages::keys;
 
 /// Particle-based additive manufacturing as a co-simulation: one process per physics, every exchange recorded.
 ///
@@ -35,12 +36,14 @@ pub(super) enum Command {
     Coordinator {
         #[command(flatten)]
         scene: SceneArguments,
-        /// Endpoint to listen on: tcp/127.0.0.1:7447, unixsock-stream//tmp/hub.sock
-        #[arg(long)]
-        listen: String,
+        #[command(flatten)]
+        meeting: MeetingArguments,
+        /// Name of the run, which the nodes must be told; by default the scene's name and the time
+        #[arg(long, value_parser = name)]
+        run: Option<String>,
         #[command(flatten)]
         output: OutputArguments,
-        /// Zenoh configuration file
+        /// Zenoh configuration file (docs/several-hosts.md)
         #[arg(long)]
         config: Option<PathBuf>,
     },
@@ -53,6 +56,18 @@ pub(super) enum Command {
         /// Folder of stagger's sources; by default those this program was built from
         #[arg(long, value_name = "FOLDER")]
         stagger: Option<PathBuf>,
+    },
+    /// Pass messages on between a coordinator and nodes that all connect here
+    Router {
+        /// Endpoint to listen on; may be given several times
+        #[arg(long, required = true)]
+        listen: Vec<String>,
+        /// Zenoh configuration file (docs/several-hosts.md)
+        #[arg(long)]
+        config: Option<PathBuf>,
+        /// End when the standard input closes
+        #[arg(long, hide = true)]
+        child: bool,
     },
     /// Publish a recording as the live run did
     Replay(ReplayArguments),
@@ -101,6 +116,18 @@ pub(super) struct SceneArguments {
     /// Set a key of the scene: coupling.iterations=6
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value)]
     pub(super) overrides: Vec<(String, String)>,
+}
+
+/// Where a coordinator meets its nodes.
+#[derive(Debug, Args)]
+#[group(required = true, multiple = false)]
+pub(super) struct MeetingArguments {
+    /// Endpoint to listen on: tcp/10.0.0.1:7447, quic/lab1.example:7447; may be given several times
+    #[arg(long)]
+    pub(super) listen: Vec<String>,
+    /// Endpoint of a router to connect to, as the nodes do
+    #[arg(long)]
+    pub(super) connect: Option<String>,
 }
 
 #[derive(Debug, Args)]
@@ -152,16 +179,16 @@ pub(super) struct NodeArguments {
     /// Set a key of the scene, as the coordinator was told
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value)]
     pub(super) overrides: Vec<(String, String)>,
-    /// The coordinator's endpoint
+    /// The endpoint of the coordinator, or of the router it connects to
     #[arg(long)]
     pub(super) connect: String,
     /// Name of the run, as the coordinator says
-    #[arg(long)]
+    #[arg(long, value_parser = name)]
     pub(super) run: String,
     /// Threads
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     pub(super) threads: Option<u16>,
-    /// Zenoh configuration file
+    /// Zenoh configuration file (docs/several-hosts.md)
     #[arg(long)]
     pub(super) config: Option<PathBuf>,
     /// End when the standard input closes, and leave Ctrl-C to the parent
@@ -218,6 +245,10 @@ pub(super) struct ReplayArguments {
 pub(crate) fn key_value(text: &str) -> Result<(String, String), String> {
     let (key, value) = text.split_once('=').ok_or_else(|| format!("expected KEY=VALUE, found `{text}`"))?;
     Ok((key.trim().into(), value.trim().into()))
+}
+
+fn name(text: &str) -> Result<String, String> {
+    keys::check_name(text).map(str::to_owned).map_err(|error| error.to_string())
 }
 
 fn positive(text: &str) -> Result<f64, String> {

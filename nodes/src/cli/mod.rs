@@ -29,7 +29,7 @@ use crate::{
     link::{Link, Role},
     node,
     replay::{self, Pace},
-    resume,
+    resume, router,
     run::{self, Failed, Options},
     verify, view,
 };
@@ -53,12 +53,20 @@ pub fn main(arguments: Arguments) -> ExitCode {
         Command::Run(arguments) => run_scene(arguments),
         Command::Check { scene, graph, json } => check_scene(&scene, graph, json),
         Command::Node(arguments) => run_node(arguments),
-        Command::Coordinator { scene, listen, output, config } => {
-            let options = Options { listen: Some(listen), config, ..Options::default() };
-            coordinate(&scene, &output, None, options)
-        }
         Command::Conformance(arguments) => author::conformance(arguments),
         Command::NewNode { name, stagger } => author::new_node(&name, stagger),
+        Command::Coordinator { scene, meeting, run, output, config } => {
+            let role = match meeting.connect {
+                Some(connect) => Role::Node { connect },
+                None => Role::Hub { listen: meeting.listen },
+            };
+            let options = Options { by_hand: Some(role), name: run, config, ..Options::default() };
+            coordinate(&scene, &output, None, options)
+        }
+        Command::Router { listen, config, child } => {
+            let options = router::Options { listen, config, child };
+            router::run(options, &interrupt()).map_or_else(|error| failed(&error), |()| End::Done)
+        }
         Command::Replay(arguments) => replay_file(arguments),
         Command::Verify { file, node, tolerance, json } => verify_file(&file, node.as_deref(), tolerance, json),
         Command::Info { file, json } => info(&file, json),
@@ -291,11 +299,12 @@ fn replay_file(arguments: ReplayArguments) -> End {
         from_s: arguments.from,
         to_s: arguments.to,
     };
-    let result = Link::open(&Role::Hub { listen: endpoint.name.clone() }, None).map_err(Into::into).and_then(|link| {
-        let waits = if pace.at_once { "" } else { ", as soon as somebody subscribes" };
-        diagnostics::note(&format!("replaying run {} on {}{waits}", recording.info.run, endpoint.name));
-        replay::replay(&recording, &link, &pace, &|| !going.load(Ordering::Relaxed))
-    });
+    let result =
+        Link::open(&Role::Hub { listen: vec![endpoint.name.clone()] }, None).map_err(Into::into).and_then(|link| {
+            let waits = if pace.at_once { "" } else { ", as soon as somebody subscribes" };
+            diagnostics::note(&format!("replaying run {} on {}{waits}", recording.info.run, endpoint.name));
+            replay::replay(&recording, &link, &pace, &|| !going.load(Ordering::Relaxed))
+        });
     match result {
         Ok(sent) => {
             print(&format!("replayed {sent} messages"));

@@ -100,7 +100,7 @@ impl Session {
         let (run, node) = (bench.run.clone(), bench.node.clone());
         let failed = |error: &dyn std::fmt::Display| Fault::new("a process that starts", error.to_string());
         let endpoint = Endpoint::new(&run, None).map_err(|error| failed(&error))?;
-        let link = Link::open(&Role::Hub { listen: endpoint.name.clone() }, None)?;
+        let link = Link::open(&Role::Hub { listen: vec![endpoint.name.clone()] }, None)?;
         let (sender, events) = std::sync::mpsc::channel();
         let (tokens, token_keys) = std::sync::mpsc::channel();
         let mut declared = vec![listen(&link, &run, &node, sender)?];

@@ -174,7 +174,10 @@ impl<'a> Remote<'a> {
         let (hear, events) = std::sync::mpsc::channel();
         let (reports, snapshots, life) = (hear.clone(), hear.clone(), hear.clone());
         let mut checkpoints = Checkpoints::new(link.publisher_by_socket(keys::checkpoint(run))?);
-        if let Some(checkpoint) = resume {
+        if let Some(mut checkpoint) = resume {
+            // It was another run's; now it is the point this one starts from.
+            let envelope = checkpoint.envelope.get_or_insert_default();
+            (envelope.run, envelope.epoch) = (run.into(), 1);
             checkpoints.keep(checkpoint)?;
         }
         // A coordinator that has ended needs no more events.

@@ -1,0 +1,352 @@
+//! Several hosts, as far as one can show it on one: through a router, behind certificates, and among strangers.
+
+use std::{
+    path::{Path, PathBuf},
+    process::{Child, Command, Output, Stdio},
+    sync::{
+        Arc,
+        atomic::{AtomicU64, Ordering},
+    },
+    time::{Duration, Instant},
+};
+
+use prost::Message as _;
+use stagger_messages::{
+    Directive, Envelope, Failure, Field, Iterate, Measure, Port, Report, SCHEMA_VERSION, Stop, Version, codec,
+    directive, keys, report,
+};
+use stagger_nodes::link::{Arrival, Declared, Link, Role};
+
+use super::{
+    authority::Authority,
+    by_hand::free_address,
+    program::{Workplace, json, said, signal, stagger},
+};
+
+const KINDS: [&str; 3] = ["optics", "particles", "thermal"];
+
+/// A process that does not outlive its test.
+struct Process(Option<Child>);
+
+impl Process {
+    fn start(command: &mut Command) -> Self {
+        let command = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        Self(Some(command.spawn().unwrap()))
+    }
+
+    fn id(&self) -> u32 {
+        self.0.as_ref().unwrap().id()
+    }
+
+    fn end(mut self) -> Output {
+        self.0.take().unwrap().wait_with_output().unwrap()
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        if let Some(mut child) = self.0.take() {
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+    }
+}
+
+fn configured(mut command: Command, config: Option<&Path>) -> Process {
+    if let Some(config) = config {
+        command.arg("--config").arg(config);
+    }
+    Process::start(&mut command)
+}
+
+fn coordinator(place: &Workplace, run: &str, arguments: &[&str], config: Option<&Path>) -> Process {
+    let mut command = stagger();
+    command.arg("coordinator").arg(&place.scene).args(["--json", "--run", run]).args(arguments);
+    configured(command, config)
+}
+
+fn node(place: &Workplace, kind: &str, run: &str, connect: &str, config: Option<&Path>) -> Process {
+    let mut command = stagger();
+    command.args(["node", kind, "--child", "--run", run, "--connect", connect, "--scene"]).arg(&place.scene);
+    configured(command, config)
+}
+
+fn router(listen: &str, config: Option<&Path>) -> Process {
+    let mut command = stagger();
+    command.args(["router", "--child", "--listen", listen]);
+    configured(command, config)
+}
+
+fn hash_alone(place: &Workplace) -> serde_json::Value {
+    json(&place.run(&["--json", "--no-record"]))["hash"].clone()
+}
+
+/// The summary of a run that must have ended well for everybody.
+fn ended_well(coordinator: &Output, nodes: impl IntoIterator<Item = Process>) -> serde_json::Value {
+    let outputs: Vec<_> = nodes.into_iter().map(Process::end).collect();
+    let all = || outputs.iter().map(said).chain([said(coordinator)]).collect::<String>();
+    assert!(coordinator.status.success() && outputs.iter().all(|output| output.status.success()), "{}", all());
+    json(coordinator)
+}
+
+/// Counts all it hears of a run.
+fn listen(link: &Link, run: &str) -> (Arc<AtomicU64>, [Declared; 2]) {
+    let heard = Arc::new(AtomicU64::new(0));
+    let (messages, tokens) = (Arc::clone(&heard), Arc::clone(&heard));
+    let declared = [
+        link.subscribe(&keys::all(run), move |_| {
+            messages.fetch_add(1, Ordering::Relaxed);
+        }),
+        link.watch(&keys::live_all(run), move |_, _| {
+            tokens.fetch_add(1, Ordering::Relaxed);
+        }),
+    ];
+    (heard, declared.map(Result::unwrap))
+}
+
+fn envelope(run: &str, sender: &str) -> Envelope {
+    Envelope {
+        run: run.into(),
+        schema: SCHEMA_VERSION,
+        epoch: 1,
+        sender: sender.into(),
+        version: Some(Version::first(1)),
+        ..Envelope::default()
+    }
+}
+
+fn stop(envelope: Envelope) -> Vec<u8> {
+    let task = directive::Task::Stop(Stop { completed: false, reason: "forged".into() });
+    Directive { envelope: Some(envelope), task: Some(task), ..Directive::default() }.encode_to_vec()
+}
+
+fn failure(envelope: Envelope) -> Vec<u8> {
+    let body = report::Body::Failure(Failure { message: "forged".into(), retry: false });
+    Report { envelope: Some(envelope), body: Some(body) }.encode_to_vec()
+}
+
+#[test]
+fn a_run_through_a_router_has_the_same_hash() {
+    let place = Workplace::with("quick.toml");
+    let endpoint = format!("tcp/{}", free_address());
+    let router = router(&endpoint, None);
+    // Some before the coordinator, one after it.
+    let mut nodes: Vec<_> = KINDS[..2].iter().map(|kind| node(&place, kind, "routed", &endpoint, None)).collect();
+    let coordinator = coordinator(&place, "routed", &["--connect", &endpoint, "--no-record"], None);
+    nodes.push(node(&place, KINDS[2], "routed", &endpoint, None));
+    let summary = ended_well(&coordinator.end(), nodes);
+    assert_eq!(summary["hash"], hash_alone(&place));
+    assert_eq!(summary["refused"], 0);
+    // Its standard input closes.
+    let output = router.end();
+    assert!(output.status.success(), "{}", said(&output));
+}
+
+#[test]
+fn behind_a_router_a_death_is_seen_and_a_name_is_given_once() {
+    let place = Workplace::with("deposition-laser.toml");
+    let endpoint = format!("tcp/{}", free_address());
+    let _router = router(&endpoint, None);
+    let recording = place.path("run.mcap");
+    let arguments = ["--connect", &endpoint, "--record", recording.to_str().unwrap()];
+    let first = coordinator(&place, "routed", &arguments, None);
+    let nodes = KINDS.map(|kind| node(&place, kind, "routed", &endpoint, None));
+    place.wait_for_file("run.mcap", 2_000_000);
+    let second = coordinator(&place, "routed", &["--connect", &endpoint, "--no-record"], None).end();
+    assert_eq!(second.status.code(), Some(1), "{}", said(&second));
+    assert!(said(&second).contains("run `routed` has a coordinator already"), "{}", said(&second));
+    signal("KILL", nodes[2].id());
+    let begun = Instant::now();
+    let output = first.end();
+    // Five seconds are for the farewell of the others.
+    assert!(begun.elapsed() < Duration::from_secs(8), "{:?}", begun.elapsed());
+    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+    assert!(said(&output).contains("node `thermal` is gone"), "{}", said(&output));
+}
+
+#[test]
+fn nodes_of_a_coordinator_behind_a_router_end_with_it() {
+    let place = Workplace::with("deposition-laser.toml");
+    let endpoint = format!("tcp/{}", free_address());
+    let _router = router(&endpoint, None);
+    let recording = place.path("run.mcap");
+    let coordinator =
+        coordinator(&place, "routed", &["--connect", &endpoint, "--record", recording.to_str().unwrap()], None);
+    let nodes = KINDS.map(|kind| node(&place, kind, "routed", &endpoint, None));
+    place.wait_for_file("run.mcap", 2_000_000);
+    signal("KILL", coordinator.id());
+    let begun = Instant::now();
+    for node in nodes {
+        let output = node.end();
+        assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+        assert!(said(&output).contains("the coordinator is gone"), "{}", said(&output));
+    }
+    assert!(begun.elapsed() < Duration::from_secs(5), "{:?}", begun.elapsed());
+}
+
+/// Opens a session with a certificate and the patience of one second.
+fn session(connect: &str, config: &Path) -> Result<Link, String> {
+    Link::open(&Role::Node { connect: connect.into() }, Some(config)).map_err(|error| error.to_string())
+}
+
+#[test]
+fn with_certificates_members_run_and_strangers_neither_read_nor_publish() {
+    let place = Workplace::with("quick.toml");
+    let folder = |name: &str| -> PathBuf { place.path(name) };
+    let authority = Authority::new("the run's own");
+    let hub = authority.hub(&folder("hub"));
+    let member = |name| authority.member(&folder(name), name);
+    let address = free_address();
+    let endpoint = format!("quic/{address}");
+    let coordinator = coordinator(&place, "guarded", &["--listen", &endpoint, "--no-record"], Some(&hub));
+
+    // A member hears the run, so that one that hears nothing is told apart from one that looks in vain.
+    let member_link = session(&endpoint, &member("optics")).unwrap();
+    let (member_heard, _member_declared) = listen(&member_link, "guarded");
+
+    let nobody = authority.without_certificate(&folder("nobody"));
+    assert!(session(&endpoint, &nobody).is_err(), "a stranger without a certificate was let in");
+    let foreign = Authority::new("another").member_who_trusts(&authority, &folder("foreign"), "thermal");
+    assert!(session(&endpoint, &foreign).is_err(), "a certificate of another authority was let in");
+    let unknown = session(&endpoint, &member("unknown")).unwrap();
+    let (heard, _declared) = listen(&unknown, "guarded");
+    // What a session puts it hears itself, whatever the hub says.
+    let speakers = ["unknown", "optics"].map(|name| session(&endpoint, &member(name)).unwrap());
+
+    let nodes: Vec<_> = KINDS.map(|kind| node(&place, kind, "guarded", &endpoint, Some(&member(kind)))).into();
+    // What would end an open run, from a stranger and from a member that may not say it, until the run is over.
+    let outlets: Vec<_> = speakers
+        .iter()
+        .flat_map(|link| {
+            [
+                (keys::directive("guarded"), stop(envelope("guarded", "coordinator"))),
+                (keys::report("guarded", "thermal"), failure(envelope("guarded", "thermal"))),
+            ]
+            .map(|(key, message)| (link.publisher(key).unwrap(), message))
+        })
+        .collect();
+    let over = std::thread::scope(|scope| {
+        let run = scope.spawn(|| coordinator.end());
+        while !run.is_finished() {
+            for (outlet, message) in &outlets {
+                // A hub that has closed refuses the last ones.
+                let _ = outlet.put(None, message.clone().into());
+            }
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        run.join().unwrap()
+    });
+    let summary = ended_well(&over, nodes);
+    assert_eq!(summary["hash"], hash_alone(&place));
+    assert_eq!(summary["refused"], 0, "the hub passes nothing on that would have to be refused");
+    assert!(member_heard.load(Ordering::Relaxed) > 100, "a member hears the run");
+    assert_eq!(heard.load(Ordering::Relaxed), 0, "an unknown name heard the run");
+}
+
+#[test]
+fn an_unknown_name_gets_no_answers_and_a_router_guards_as_a_hub_does() {
+    let place = Workplace::with("quick.toml");
+    let authority = Authority::new("the run's own");
+    let member = |name: &str| authority.member(&place.path(name), name);
+    let endpoint = format!("quic/{}", free_address());
+    let _router = router(&endpoint, Some(&authority.hub(&place.path("hub"))));
+    let own = member("coordinator");
+    let coordinator = coordinator(&place, "guarded", &["--connect", &endpoint, "--no-record"], Some(&own));
+    let nodes: Vec<_> =
+        KINDS[..2].iter().map(|kind| node(&place, kind, "guarded", &endpoint, Some(&member(kind)))).collect();
+    let ask = |config: &Path| {
+        let link = session(&endpoint, config).unwrap();
+        let begun = Instant::now();
+        loop {
+            let answers = link.ask(&keys::manifest("guarded", "particles"), Duration::from_secs(1)).unwrap();
+            if !answers.is_empty() || begun.elapsed() > Duration::from_secs(5) {
+                return answers.len();
+            }
+            std::thread::sleep(Duration::from_millis(50));
+        }
+    };
+    assert_eq!(ask(&member("thermal")), 1, "a member is answered");
+    assert_eq!(ask(&member("unknown")), 0, "an unknown name is not");
+    let last = node(&place, KINDS[2], "guarded", &endpoint, Some(&member(KINDS[2])));
+    let summary = ended_well(&coordinator.end(), nodes.into_iter().chain([last]));
+    assert_eq!(summary["hash"], hash_alone(&place));
+}
+
+/// The ways in which a message can be not of this run: from an epoch that is over, of a run or schemas not ours.
+fn wrong(run: &str, sender: &str) -> [Envelope; 3] {
+    let right = envelope(run, sender);
+    [
+        Envelope { epoch: 0, ..right.clone() },
+        Envelope { run: "elsewhere".into(), ..right.clone() },
+        Envelope { schema: SCHEMA_VERSION + 1, ..right },
+    ]
+}
+
+#[test]
+fn on_an_open_run_old_foreign_and_malformed_messages_change_nothing_and_are_counted() {
+    const ROUNDS: u64 = 10;
+    let place = Workplace::with("quick.toml");
+    let endpoint = format!("tcp/{}", free_address());
+    let recording = place.path("run.mcap");
+    let arguments = ["--listen", &endpoint, "--record", recording.to_str().unwrap()];
+    let coordinator = coordinator(&place, "open", &arguments, None);
+    let link = Link::open(&Role::Node { connect: endpoint.clone() }, None).unwrap();
+    let (begin, begun) = std::sync::mpsc::channel();
+    let _directives = link.subscribe(&keys::directive("open"), move |Arrival { payload, .. }| {
+        let directive: Directive = codec::decode("directive", &payload).unwrap_or_default();
+        if let Some(directive::Task::Iterate(Iterate { .. })) = directive.task {
+            let _ = begin.send(());
+        }
+    });
+    let nodes: Vec<_> = KINDS.map(|kind| node(&place, kind, "open", &endpoint, None)).into();
+    begun.recv_timeout(Duration::from_secs(20)).unwrap();
+
+    let noise = vec![0xff; 40];
+    let port = Arc::new(Port::f64("radii", "m", "particles", 1, Measure::None));
+    let radii = Field::new(&port, 0, vec![0.0; 100]).unwrap();
+    let values = radii.values().bytes();
+    let directives: Vec<_> =
+        wrong("open", "coordinator").map(stop).into_iter().chain([noise.clone(), vec![]]).collect();
+    let reports: Vec<_> = wrong("open", "thermal")
+        .into_iter()
+        .chain([envelope("open", "stranger")])
+        .map(failure)
+        .chain([noise.clone(), vec![]])
+        .collect();
+    let headers: Vec<_> = wrong("open", "particles").map(|wrong| codec::field_attachment(&wrong, &radii, None)).into();
+    let right = codec::field_attachment(&envelope("open", "particles"), &radii, None);
+    let mut fields: Vec<_> =
+        headers.into_iter().chain([noise, vec![]]).map(|header| (header, values.clone())).collect();
+    // A field that is cut short.
+    fields.push((right, values.slice(..80)));
+    let outlet = |key| link.publisher(key).unwrap();
+    let directive = outlet(keys::directive("open"));
+    let report = outlet(keys::report("open", "thermal"));
+    let field = outlet(keys::field("open", "particles", "radii"));
+    let manifest = outlet(keys::manifest("open", "thermal"));
+    for _ in 0..ROUNDS {
+        // Nobody listens here but the recording.
+        manifest.put(None, vec![0xff; 40].into()).unwrap();
+        for message in &directives {
+            directive.put(None, message.clone().into()).unwrap();
+        }
+        for message in &reports {
+            report.put(None, message.clone().into()).unwrap();
+        }
+        for (header, values) in &fields {
+            field.put(Some(header.clone()), values.clone()).unwrap();
+        }
+    }
+
+    let summary = ended_well(&coordinator.end(), nodes);
+    assert_eq!(summary["hash"], hash_alone(&place));
+    let [directives, reports, fields] = [directives.len(), reports.len(), fields.len()].map(|n| ROUNDS * n as u64);
+    let refused = |node: &str| summary["nodes"][node]["refused"].as_u64().unwrap();
+    assert_eq!(refused("particles"), directives, "it does not read radii");
+    assert_eq!(refused("thermal"), directives + fields);
+    assert_eq!(refused("optics"), directives + fields);
+    assert_eq!(summary["refused"], 3 * directives + 2 * fields + reports);
+    let verified = stagger().arg("verify").arg(&recording).output().unwrap();
+    // Nothing of all this is in the recording, and none of it counts as lost.
+    assert!(verified.status.success(), "{}{}", String::from_utf8_lossy(&verified.stdout), said(&verified));
+}
