@@ -180,8 +180,10 @@ class Host:
         except Exception:  # Whatever a stranger sends must not end the node: protobuf has errors of its own.
             self.refused += 1
             return
-        if self._inbox.reads(envelope.sender, received.name):
-            self._inbox.store(received)
+        if not self._inbox.reads(envelope.sender, received.name):
+            self.refused += 1
+            return
+        self._inbox.store(received)
 
     def _receive_directive(self, event: Event) -> End | None:
         try:
@@ -193,7 +195,7 @@ class Host:
         # A run may end before this node has heard of its plan.
         new = task == "plan" or (task == "stop" and self._epoch is None)
         current = envelope.epoch == self._epoch or (new and envelope.epoch >= (self._epoch or 0))
-        if task is None or not self._belongs(envelope) or not current:
+        if task is None or not self._belongs(envelope) or envelope.sender != COORDINATOR or not current:
             self.refused += 1
             return None
         if directive.HasField("decision") and envelope.epoch == self._epoch:

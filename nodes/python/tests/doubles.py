@@ -118,8 +118,9 @@ class Run:
         parts: tuple[dict[str, Any], ...] = (),
         again: bool = False,
         checkpoint: bool = False,
+        sender: str = "coordinator",
     ) -> None:
-        directive = Directive(envelope=self.envelope(version, dt_s=dt_s), checkpoint=checkpoint)
+        directive = Directive(envelope=self.envelope(version, sender, dt_s=dt_s), checkpoint=checkpoint)
         directive.iterate.again = again
         committed.write(directive.iterate.committed)
         for part in parts:
