@@ -26,7 +26,7 @@ class Thermal(Node):
                 Port(f"{kind}_distance", "m", support),
             ]
         if self.settings["reads_absorbed_power"]:
-            self.reads.append(Port("absorbed_power", "W", "particles"))
+            self.reads.append(Port("absorbed_power", "W", "particles", adds_up=True))
 
     def initial(self):
         start_k = np.full(self.settings["count"], self.settings["temperature_k"])

@@ -6,21 +6,22 @@ be asked or told again.
 
 from __future__ import annotations
 
+import contextlib
 import os
 import queue
 import sys
 import time
 import traceback
+from collections.abc import Iterator
 from typing import Any, NamedTuple, Protocol
 
-import numpy as np
-
-from .fields import Field, Malformed, Received, Window, receive, receive_message
-from .mailbox import Mailbox, Sender
+from .fields import Field, Malformed, receive, receive_message
+from .inbox import COORDINATOR, Inbox, resting, window_of
 from .messages import (
     ACCEPT,
     INITIAL,
     MEASURE,
+    REJECT,
     SCHEMA_VERSION,
     Directive,
     Envelope,
@@ -30,12 +31,12 @@ from .messages import (
     Snapshot,
     Version,
 )
-from .trial import Answer, FrozenFields, NotFinite, Trials
+from .trial import Answer, Fields, NotFinite, Refused, Trials
 
-COORDINATOR = "coordinator"
 EARLY_FIELDS = 1000
 """Fields kept until the plan that says whose they are; what is left out is sent again with the next plan."""
-_RESTORE_S = 5.0
+_RESTORE_S = 30.0
+"""How long a node waits for the state it is to go on from."""
 _MEASURES = {number: name.removeprefix("MEASURE_").lower() for name, number in MEASURE.items()}
 
 
@@ -81,20 +82,15 @@ class Host:
         self._epoch: int | None = None
         self._sequence = 0
         self._early: list[Event] = []
-        self._sources: list[Any] = []
-        self._mailbox = Mailbox()
-        # The version the epoch starts from, whether the node holds it, and which sources have sent theirs.
-        self._from, self._started, self._ready = INITIAL, False, False
-        self._ready_ledger: list[Any] = []
-        # What is committed: by the run, by this node, by each source; and by each source when this node's window began.
-        self._accepted = self._committed = INITIAL
-        self._held: dict[Sender, Version] = {}
-        self._window_start: dict[Sender, Version] = {}
-        self._current: dict[str, Field] = {}
-        # The last iteration asked for, with the nodes whose clock differs; the trial that waits for its fields.
-        self._asked: tuple[Version, dict[str, Any]] = (INITIAL, {})
+        self._inbox = Inbox()
+        # The version the epoch starts from, the energy held then, and whether the coordinator waits to hear of it.
+        self._from, self._ready_ledger, self._ready = INITIAL, [], False
+        # The last version the run accepted; the last one this node committed, with its fields.
+        self._accepted = INITIAL
+        self._committed: tuple[Version, Fields] = (INITIAL, {})
+        # The trial that waits for its fields; the last one that was asked of others only.
         self._pending: tuple[Any, Any, float] | None = None
-        self._checkpoint: tuple[Version, float] | None = None
+        self._rested: Version | None = None
         # The last answer and the one before it, for whoever missed them.
         self._answered: tuple[Any, Answer] | None = None
         self._before: tuple[Any, Answer] | None = None
@@ -110,12 +106,14 @@ class Host:
     def _declare(self) -> None:
         """Declares the node's keys; its token, which says that it is ready to be asked, comes last."""
         link, node, pid = self._link, self.identity.node, os.getpid()
+        # Numbers of processes come again: the time tells a node from the one it replaces.
+        instance = f"{pid}-{time.time_ns()}"
         ports = self.trials.node
         for port in ports.writes:
             self._outlets[port.field] = link.publisher(self._key("field", node, port.field))
         self._report = link.publisher(self._key("done", node))
         self._snapshots = link.publisher(self._key("snapshot", node))
-        manifest = Manifest(run=self.identity.run, schema=SCHEMA_VERSION, node=node, instance=str(pid), pid=pid)
+        manifest = Manifest(run=self.identity.run, schema=SCHEMA_VERSION, node=node, instance=instance, pid=pid)
         manifest.program = f"stagger-python {type(ports).__name__}"
         manifest.scene_hash = self.identity.scene_hash
         for port in ports.reads:
@@ -130,7 +128,7 @@ class Host:
         link.answer(self._key("field", node, "*"), self._newest)
         about = (self._key("meta", node), b"", manifest.SerializeToString())
         link.answer(about[0], lambda: [about])
-        link.announce(self._key("live", node, str(pid)))
+        link.announce(self._key("live", node, instance))
 
     def _newest(self) -> list[tuple[str, bytes, bytes]]:
         # Called from another thread: the copy of the dictionary is one operation.
@@ -155,7 +153,6 @@ class Host:
             end = self._receive_directive(event)
             if end is not None:
                 return end
-        self._try_checkpoint()
         self._try_solve()
         self._try_ready()
         return None
@@ -183,18 +180,10 @@ class Host:
         except Exception:  # Whatever a stranger sends must not end the node: protobuf has errors of its own.
             self.refused += 1
             return
-        self._store(received)
-
-    def _store(self, received: Received) -> None:
-        sender = (received.name, received.envelope.sender)
-        writer = any((source.field, source.writer) == sender for source in self._sources)
-        accelerated = sender[1] == COORDINATOR and any(s.field == sender[0] and s.accelerated for s in self._sources)
-        if not (writer or accelerated):
+        if not self._inbox.reads(envelope.sender, received.name):
             self.refused += 1
             return
-        version = Version.of(received.envelope.version)
-        if self._mailbox.store(received) and writer and version <= self._from:
-            self._held[sender] = max(version, self._held.get(sender, version))
+        self._inbox.store(received)
 
     def _receive_directive(self, event: Event) -> End | None:
         try:
@@ -206,13 +195,13 @@ class Host:
         # A run may end before this node has heard of its plan.
         new = task == "plan" or (task == "stop" and self._epoch is None)
         current = envelope.epoch == self._epoch or (new and envelope.epoch >= (self._epoch or 0))
-        if task is None or not self._belongs(envelope) or not current:
+        if task is None or not self._belongs(envelope) or envelope.sender != COORDINATOR or not current:
             self.refused += 1
             return None
         if directive.HasField("decision") and envelope.epoch == self._epoch:
             self._conclude(directive.decision, envelope)
         if directive.checkpoint:
-            self._checkpoint = (self._accepted, directive.decision.t_s)
+            self._hand_over(envelope)
         if task == "plan":
             self._start(envelope, directive.plan)
         elif task == "iterate":
@@ -225,136 +214,118 @@ class Host:
     def _start(self, envelope: Any, plan: Any) -> None:
         if self._epoch != envelope.epoch:
             self._epoch, self._sequence = envelope.epoch, 0
-            self._sources = [s for node in plan.nodes if node.node == self.identity.node for s in node.sources]
-            # Several writers of one field are summed in the order of their names.
-            self._sources.sort(key=lambda source: (source.field, source.writer))
-            self._mailbox, self._sent = Mailbox(), {}
-            self._held, self._window_start = {}, {}
+            mine = next((part for part in plan.nodes if part.node == self.identity.node), None)
+            if mine is None:
+                raise Refused(f"the run has no node `{self.identity.node}`, but {', '.join(plan.order)}")
+            self.trials.set_sources({s.field: (_MEASURES[s.measure], s.reuse_below) for s in mine.sources})
+            self._inbox = Inbox(mine.sources)
             self._from = Version.of(getattr(plan, "from"))
-            self._started, self._checkpoint = False, None
+            with self._or_fail(self._about(self.identity.node, self._from)):
+                if self._from == INITIAL:
+                    fields, self._ready_ledger = self.trials.initial()
+                    self._committed = (INITIAL, fields)
+                else:
+                    self._restore()
+            self._accepted = self._from
             early, self._early = self._early, []
             for event in early:
                 self._receive_field(event)
-            self.trials.set_sources({s.field: (_MEASURES[s.measure], s.reuse_below) for s in self._sources})
-        self._pending = self._answered = self._before = None
-        if not self._started:
-            try:
-                self._started = self._restore() if self._from > INITIAL else self._begin()
-            except Exception as error:
-                self._fail(envelope, error)
-                raise
         # The coordinator asks again until all are ready, so that a reader that came late gets the values too.
-        if self._started:
-            self._publish(envelope, self._committed, self._current, whole=True)
-            self._ready = True
+        self._publish(envelope, *self._committed, whole=True)
+        self._pending = self._answered = self._before = self._rested = None
+        self._ready = True
 
-    def _begin(self) -> bool:
-        self._current, self._ready_ledger = self.trials.initial()
-        self._accepted = self._committed = INITIAL
-        return True
-
-    def _restore(self) -> bool:
-        """Takes the node's snapshot up; false where nobody gives it yet."""
+    def _restore(self) -> None:
+        """Goes on from what the coordinator kept of this node."""
         answer = self._link.ask(self._key("restore", self.identity.node), _RESTORE_S)
         if answer is None:
-            return False
+            raise Refused("the coordinator has no state for it to go on from")
         snapshot = Snapshot.FromString(answer)
         received = [receive_message(message) for message in snapshot.fields]
-        self._current = {field.name: field.field for field in received if field.field is not None}
-        if set(self._current) != set(self._outlets):
-            raise Malformed(f"a snapshot of {sorted(self._current)}, but the ports say {sorted(self._outlets)}")
-        self.trials.restore(snapshot.state, dict(self._current))
-        self._committed, self._accepted = Version.of(snapshot.committed), self._from
-        self._ready_ledger = []
+        fields = {field.name: field.field for field in received if field.field is not None}
+        if set(fields) != set(self._outlets):
+            raise Malformed(f"a snapshot of {sorted(fields)}, but the ports say {sorted(self._outlets)}")
         for message in snapshot.frozen:
-            field = receive_message(message)
-            self._mailbox.store(field)
-            self._window_start[field.name, field.envelope.sender] = Version.of(field.envelope.version)
-        return True
+            self._inbox.store(receive_message(message))
+        self.trials.restore(snapshot.state, fields)
+        self._committed, self._ready_ledger = (Version.of(snapshot.committed), fields), []
 
     def _iterate(self, envelope: Any, iterate: Any) -> None:
         version = Version.of(envelope.version)
-        parts = {part.node: part for part in iterate.parts}
-        self._asked = (version, parts)
-        mine = parts.get(self.identity.node)
+        if version <= self._accepted:
+            # It is late: what is over is not solved again.
+            self.refused += 1
+            return
         if iterate.again:
-            committed = mine.committed if mine else iterate.committed
-            self._answer_again(envelope, version, Version.of(committed))
-        if mine and mine.rests:
-            self._pending = None
-        elif self._answered is None or Version.of(self._answered[0].version) != version:
+            self._answer_again(envelope, version)
+        if resting(self.identity.node, iterate) is not None:
+            self._rested, self._pending = version, None
+        elif not self._has_answered(version):
             self._pending = (envelope, iterate, time.monotonic())
 
+    def _has_answered(self, version: Version) -> bool:
+        return self._answered is not None and Version.of(self._answered[0].version) == version
+
     def _conclude(self, decision: Any, envelope: Any) -> None:
-        """Commits an accepted version, once."""
+        """Commits an accepted version, once, where this node solved it; forgets a rejected attempt."""
         version = Version.of(decision.version)
+        if decision.verdict == REJECT:
+            self._inbox.rejected(version)
         if decision.verdict != ACCEPT or version <= self._accepted:
             return
-        asked, parts = self._asked
-        if asked != version:
-            parts = {}
-        for field, writer in self._held:
-            part = parts.get(writer)
-            self._held[field, writer] = Version.of(part.committed) if part and part.rests else version
-        mine = parts.get(self.identity.node)
-        if not (mine and mine.rests):
-            try:
-                self._current = self.trials.commit(version)
-            except Exception as error:
-                self._fail(envelope, error)
-                raise
-            self._committed, self._window_start = version, dict(self._held)
-        self._accepted, self._checkpoint = version, None
-        self._mailbox.forget_before(version, {*self._held.items(), *self._window_start.items()})
+        # Not what the last directive says: nodes that rest while others read had solved before.
+        if self._has_answered(version):
+            with self._or_fail(envelope):
+                self._committed = (version, self.trials.commit(version))
+            self._inbox.commit()
+        elif self._rested != version:
+            with self._or_fail(envelope):
+                raise Refused(f"asked to commit {version}, which it has not solved")
+        self._accepted = version
+        self._inbox.accepted(version)
+
+    def _hand_over(self, envelope: Any) -> None:
+        """Puts everything it needs to go on from its committed version."""
+        version, fields = self._committed
+        with self._or_fail(envelope):
+            state = self.trials.snapshot()
+        # Not counted: the recorder counts gaps in what it records, and a snapshot goes to the coordinator alone.
+        snapshot = Snapshot(envelope=self._about(self.identity.node, self._accepted), state=state)
+        version.write(snapshot.committed)
+        about = self._about(self.identity.node, version)
+        snapshot.fields.extend(field.message(about) for _, field in sorted(fields.items()))
+        older = self._inbox.older_than(self._accepted)
+        snapshot.frozen.extend(field.message(self._about(sender, at)) for sender, at, field in older)
+        self._snapshots(None, snapshot.SerializeToString())
 
     # What the node does once everything for it is there.
 
     def _try_ready(self) -> None:
-        """Reports Ready once the value of every field read has come; again whenever the plan is sent again."""
-        if not self._ready or any((source.field, source.writer) not in self._held for source in self._sources):
+        """Reports Ready once a value to start from has come of every field read; again with every plan."""
+        if not self._ready or not self._inbox.begin():
             return
         self._ready = False
-        self._window_start = {**self._held, **self._window_start}
         report = Report()
         report.ready.SetInParent()
         report.ready.ledger.extend(self._ready_ledger)
         self._tell(Envelope(), self._from, report)
-
-    def _try_checkpoint(self) -> None:
-        """Puts a snapshot once the fields its window began with are there."""
-        if self._checkpoint is None:
-            return
-        version, time_s = self._checkpoint
-        frozen = []
-        if self._committed != version:
-            for sender, at in sorted(self._window_start.items()):
-                field = self._mailbox.get(sender, at)
-                if field is None:
-                    return
-                frozen.append(field.message(self._about(sender[1], at)))
-        self._checkpoint = None
-        snapshot = Snapshot(envelope=self._stamp(Envelope(t_s=time_s), version), state=self.trials.snapshot())
-        self._committed.write(snapshot.committed)
-        about = self._about(self.identity.node, self._committed)
-        snapshot.fields.extend(field.message(about) for _, field in sorted(self._current.items()))
-        snapshot.frozen.extend(frozen)
-        self._snapshots(None, snapshot.SerializeToString())
 
     def _try_solve(self) -> None:
         if self._pending is None:
             return
         envelope, iterate, asked = self._pending
         version = Version.of(envelope.version)
-        frozen = self._freeze(version, iterate)
-        if frozen is None:
-            return
-        self._pending = None
-        mine = self._asked[1].get(self.identity.node)
-        window = Window(mine.t_s, mine.dt_s) if mine else Window(envelope.t_s, envelope.dt_s)
-        begun = time.monotonic()
         try:
+            frozen = self._inbox.freeze(version, iterate)
+            if frozen is None:
+                return
+            self._pending = None
+            window = window_of(self.identity.node, envelope, iterate)
+            envelope.t_s, envelope.dt_s = window
+            begun = time.monotonic()
             answer = self.trials.solve(version, window, frozen)
         except Exception as error:  # Whatever the node's author raises is for the coordinator to know.
+            self._pending = None
             if not isinstance(error, NotFinite):  # Which a smaller step may mend.
                 traceback.print_exception(error, file=sys.stderr)
             self._fail(envelope, error)
@@ -365,39 +336,9 @@ class Host:
         self._tell(envelope, version, Report(done=done))
         self._before, self._answered = self._answered, (envelope, answer)
 
-    def _freeze(self, version: Version, iterate: Any) -> FrozenFields | None:
-        """The frozen fields of a trial, once all have arrived."""
-        frozen = FrozenFields()
-        parts = self._asked[1]
-        for source in self._sources:
-            sender = (source.field, source.writer)
-            part = parts.get(source.writer)
-            committed = Version.of(part.committed if part else iterate.committed)
-            if part and part.rests:
-                at = committed
-            elif source.same_iteration:
-                at = version
-            elif version.iteration <= 1:
-                at = committed
-            else:
-                at = version._replace(iteration=version.iteration - 1)
-                if source.accelerated:
-                    sender = (source.field, COORDINATOR)
-            end = start = self._mailbox.get(sender, at)
-            if source.interpolate:
-                own = self.identity.node in parts
-                begun = self._window_start.get((source.field, source.writer), committed) if own else committed
-                start = self._mailbox.get((source.field, source.writer), begun)
-            if start is None or end is None:
-                return None
-            for fields, field in ((frozen.start, start), (frozen.end, end)):
-                before = fields.get(source.field)
-                fields[source.field] = field if before is None else _sum(before, field)
-        return frozen
-
-    def _answer_again(self, asked: Any, version: Version, committed: Version) -> None:
+    def _answer_again(self, asked: Any, version: Version) -> None:
         """Publishes once more, whole, what a trial rests on and what this node answered: somebody lacks it."""
-        self._publish(asked, committed, self._current, whole=True)
+        self._publish(asked, *self._committed, whole=True)
         for given in (self._before, self._answered):
             if given is None:
                 continue
@@ -410,7 +351,7 @@ class Host:
 
     # What goes out.
 
-    def _publish(self, about: Any, version: Version, fields: dict[str, Field], whole: bool = False) -> tuple[int, int]:
+    def _publish(self, about: Any, version: Version, fields: Fields, whole: bool = False) -> tuple[int, int]:
         """Publishes fields; one whose values readers hold already goes as a reference, unless `whole`."""
         count = size = 0
         for name, field in sorted(fields.items()):
@@ -429,6 +370,15 @@ class Host:
             size += len(payload)
         return count, size
 
+    @contextlib.contextmanager
+    def _or_fail(self, about: Any) -> Iterator[None]:
+        """Tells the coordinator of what ends the node."""
+        try:
+            yield
+        except Exception as error:
+            self._fail(about, error)
+            raise
+
     def _fail(self, about: Any, error: Exception) -> None:
         report = Report()
         if isinstance(error, NotFinite):
@@ -439,10 +389,11 @@ class Host:
         self._tell(about, Version.of(about.version), report)
 
     def _take_leave(self) -> None:
+        version, fields = self._committed
         report = Report()
         report.farewell.SetInParent()
-        report.farewell.fields.extend(field.summary() for _, field in sorted(self._current.items()))
-        self._tell(Envelope(), self._committed, report)
+        report.farewell.fields.extend(field.summary() for _, field in sorted(fields.items()))
+        self._tell(Envelope(), version, report)
 
     def _tell(self, about: Any, version: Version, report: Any) -> None:
         report.envelope.CopyFrom(self._stamp(about, version))
@@ -459,9 +410,3 @@ class Host:
         envelope = Envelope(run=self.identity.run, schema=SCHEMA_VERSION, epoch=self._epoch or 0, sender=sender)
         version.write(envelope.version)
         return envelope
-
-
-def _sum(a: Field, b: Field) -> Field:
-    if not a.stands_as(b):
-        raise Malformed(f"field `{a.port.field}` adds up writers that stand on different rows")
-    return Field(a.port, np.add(a.values, b.values).tobytes(), a.revision)

@@ -1,11 +1,12 @@
 """The link to the other processes of a run: the only module that knows Zenoh.
 
-A node is a client of the coordinator's hub. Callbacks only enqueue: nothing is put from inside one.
+A node is a client of the coordinator's hub or of a router. Callbacks only enqueue: nothing is put from inside one.
 """
 
 from __future__ import annotations
 
 import json
+import os
 import queue
 import threading
 from collections.abc import Callable
@@ -14,19 +15,42 @@ from typing import Any
 import zenoh
 from zenoh import handlers
 
-# As in nodes/src/link.rs: how long a stopped process is taken for alive, and how long a put waits for a slow link.
-_SETTINGS = {
-    "mode": '"client"',
+# As in nodes/src/settings.rs. What a file may change: how long a stopped process is taken for alive, and how long a put
+# waits for a slow link. What a node puts goes through the socket: shared memory, which Zenoh would choose by itself,
+# ends with its process, whoever has yet to read it. What others put there is read all the same.
+_DEFAULTS = {
     "connect/timeout_ms": "10000",
     "connect/exit_on_failure": "true",
-    "scouting/multicast/enabled": "false",
-    "scouting/gossip/enabled": "false",
     "transport/link/tx/lease": "5000",
     "transport/link/tx/queue/congestion_control/block/wait_before_close": "60000000",
+    "transport/shared_memory/transport_optimization/enabled": "false",
+}
+# What it may not: the endpoint is the one given, and nothing is looked for beyond it.
+_FIXED = {
+    "mode": '"client"',
+    "listen/endpoints": "[]",
+    "scouting/multicast/enabled": "false",
+    "scouting/gossip/enabled": "false",
 }
 
 Message = tuple[str, bytes, bytes]
 """Key, attachment and payload."""
+
+
+def settings(connect: str, file: str | None = None) -> zenoh.Config:
+    """The configuration of a node: our defaults, then a file in Zenoh's JSON5, then what is fixed."""
+    found, silent = zenoh.Config.from_file(file) if file else zenoh.Config(), zenoh.Config()
+    for key, value in _DEFAULTS.items():
+        # Zenoh does not tell what a file is silent about from what it sets to Zenoh's own default.
+        if found.get_json(key) == silent.get_json(key):
+            found.insert_json5(key, value)
+    for key, value in {**_FIXED, "connect/endpoints": json.dumps([connect])}.items():
+        found.insert_json5(key, value)
+    # Certificates and keys are named from the folder of the file, so that a node may be started anywhere.
+    for name, path in json.loads(found.get_json("transport/link/tls")).items():
+        if file and path and name.endswith(("_certificate", "_private_key")):
+            found.insert_json5(f"transport/link/tls/{name}", json.dumps(os.path.join(os.path.dirname(file), path)))
+    return found
 
 
 def _attachment(sample: Any) -> bytes:
@@ -37,11 +61,7 @@ class Link:
     """A session with the hub."""
 
     def __init__(self, connect: str, config: str | None = None) -> None:
-        settings = zenoh.Config.from_file(config) if config else zenoh.Config()
-        settings.insert_json5("connect/endpoints", json.dumps([connect]))
-        for key, value in _SETTINGS.items():
-            settings.insert_json5(key, value)
-        self._session = zenoh.open(settings)
+        self._session = zenoh.open(settings(connect, config))
         self._declared: list[Any] = []
         # An answer may be long and waits for its reader; Zenoh's thread, which has to carry it away, must not.
         self._asked: queue.SimpleQueue[tuple[Any, Callable[[], list[Message]]]] = queue.SimpleQueue()

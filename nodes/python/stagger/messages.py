@@ -36,7 +36,7 @@ Report, Snapshot = map(_message, ("Report", "Snapshot"))
 KIND = _numbers("ValueKind")
 MEASURE = _numbers("Measure")
 ENERGY = _numbers("Energy.Kind")
-ACCEPT = _numbers("Verdict")["VERDICT_ACCEPT"]
+ACCEPT, REJECT = (_numbers("Verdict")[f"VERDICT_{verdict}"] for verdict in ("ACCEPT", "REJECT"))
 
 
 class Version(NamedTuple):

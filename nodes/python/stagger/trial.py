@@ -18,7 +18,7 @@ _NUMPY = {"_frombuffer", "_reconstruct", "dtype", "ndarray", "scalar"}
 
 
 class NotFinite(ArithmeticError):
-    """A value of a reply that is not finite: the step may succeed when it is smaller."""
+    """A value of a reply or of a frozen field that is not finite: the step may succeed when it is smaller."""
 
 
 class Refused(RuntimeError):
@@ -75,6 +75,10 @@ class Trials:
         """One trial; where the frozen fields are those of the trial before, its reply once more."""
         if self._committed is None:
             raise Refused(f"{self.name}: asked for {version} before its start")
+        # No physics must see to it itself: a comparison with a value that is not a number would pass it over.
+        for instant, fields in (("start", frozen.start), ("end", frozen.end)):
+            for name in sorted(fields):
+                self._finite(fields[name], f"frozen field `{name}`, at the window's {instant},")
         trial = self._trial
         if trial and (trial.version[:2] != version[:2] or trial.window != window):
             trial = None
@@ -144,14 +148,16 @@ class Trials:
             )
         fields = {name: Field.new(port, reply.fields[name]) for name, port in sorted(ports.items())}
         for name, written in fields.items():
-            at = written.first_not_finite()
-            if at is not None:
-                value, row = written.values.ravel()[at], at // written.port.components
-                raise NotFinite(
-                    f"{self.name}: field `{name}` is {value} in row {row}: "
-                    "the step is too large or an input is not physical"
-                )
+            self._finite(written, f"field `{name}`")
         return fields
+
+    def _finite(self, field: Field, what: str) -> None:
+        at = field.first_not_finite()
+        if at is not None:
+            value, row = field.values.ravel()[at], at // field.port.components
+            raise NotFinite(
+                f"{self.name}: {what} is {value} in row {row}: the step is too large or an input is not physical"
+            )
 
 
 def _ledger(reply: Reply) -> list[Any]:

@@ -10,7 +10,17 @@ import numpy as np
 from stagger import Node, Port, Reply, stored
 from stagger.fields import Field
 from stagger.host import End, Event, Host, Identity
-from stagger.messages import ACCEPT, INITIAL, SCHEMA_VERSION, Directive, Envelope, FieldMessage, Report, Version
+from stagger.messages import (
+    ACCEPT,
+    INITIAL,
+    REJECT,
+    SCHEMA_VERSION,
+    Directive,
+    Envelope,
+    FieldMessage,
+    Report,
+    Version,
+)
 from stagger.trial import Trials
 
 RUN = "run-1"
@@ -89,11 +99,13 @@ class Run:
         header = field.header(self.envelope(version, sender), same_as)
         self.host.take(Event("field", header, b"" if same_as else field.raw))
 
-    def plan(self, start: Version = INITIAL, **source: Any) -> None:
+    def plan(self, start: Version = INITIAL, writers: tuple[str, ...] = ("optics",), **source: Any) -> None:
         directive = Directive(envelope=self.envelope(start))
         start.write(getattr(directive.plan, "from"))
+        directive.plan.order.extend([*writers, "thermal"])
         node = directive.plan.nodes.add(node="thermal")
-        node.sources.add(field="heat", writer="optics", **{"interpolate": True, "same_iteration": True, **source})
+        for writer in writers:
+            node.sources.add(field="heat", writer=writer, **{"interpolate": True, "same_iteration": True, **source})
         self.host.take(Event("directive", b"", directive.SerializeToString()))
 
     def iterate(
@@ -102,19 +114,22 @@ class Run:
         committed: Version = INITIAL,
         dt_s: float = 1.0,
         accept: Version | None = None,
+        reject: Version | None = None,
         parts: tuple[dict[str, Any], ...] = (),
         again: bool = False,
         checkpoint: bool = False,
+        sender: str = "coordinator",
     ) -> None:
-        directive = Directive(envelope=self.envelope(version, dt_s=dt_s), checkpoint=checkpoint)
+        directive = Directive(envelope=self.envelope(version, sender, dt_s=dt_s), checkpoint=checkpoint)
         directive.iterate.again = again
         committed.write(directive.iterate.committed)
         for part in parts:
-            at = part.pop("committed")
-            at.write(directive.iterate.parts.add(**part).committed)
-        if accept:
-            directive.decision.verdict = ACCEPT
-            accept.write(directive.decision.version)
+            clock = {name: value for name, value in part.items() if name != "committed"}
+            part["committed"].write(directive.iterate.parts.add(**clock).committed)
+        for verdict, decided in ((ACCEPT, accept), (REJECT, reject)):
+            if decided:
+                directive.decision.verdict = verdict
+                decided.write(directive.decision.version)
         self.host.take(Event("directive", b"", directive.SerializeToString()))
 
     def stop(self, accept: Version | None = None) -> End | None:

@@ -2,7 +2,7 @@
 
     python nodes/python/tests/end_to_end.py
 
-Two runs of deposition-laser take about half a minute each.
+Two whole runs of deposition-laser take about half a minute each, the others seconds.
 """
 
 from __future__ import annotations
@@ -42,12 +42,46 @@ class Slow(Thermal):
 
 run(Slow)
 """
+# Light that falls on every particle alike, beside that of the laser.
+LAMP = """
+import numpy as np
+from stagger import Node, Port, Reply, run
+
+class Lamp(Node):
+    writes = [Port("absorbed_power", "W", "particles", measure="magnitude")]
+
+    def initial(self):
+        return None, Reply({"absorbed_power": np.full(self.scene["physics"]["thermal"]["count"], 1e-3)})
+
+    def solve(self, state, frozen, window):
+        return self.initial()
+
+run(Lamp)
+"""
+# Reads the temperature and is read by nobody: solves when the others have converged.
+WATCH = """
+import numpy as np
+from stagger import Node, Port, Reply, run
+
+class Watch(Node):
+    reads = [Port("temperature", "K", "particles")]
+    writes = [Port("kelvin_seconds", "K s", "one", measure="magnitude")]
+
+    def initial(self):
+        return 0.0, Reply({"kelvin_seconds": np.zeros(1)})
+
+    def solve(self, state, frozen, window):
+        state += window.dt_s * float(np.mean(frozen.start["temperature"] + frozen.end["temperature"])) / 2
+        return state, Reply({"kelvin_seconds": np.array([state])})
+
+run(Watch)
+"""
 
 
 def accepted(path: Path) -> dict[Version, dict[str, np.ndarray]]:
-    """The accepted values of the fields compared, by version."""
+    """The accepted values of the fields compared, by version; those a node committed before where it rested."""
     values: dict[str, dict[Version, np.ndarray]] = {name: {} for name in FIELDS.values()}
-    versions = [INITIAL]
+    versions, found = [INITIAL], {}
     with open(path, "rb") as file:
         for _, channel, message in make_reader(file).iter_messages(topics=[*FIELDS, "ctl/directive"]):
             if channel.topic in FIELDS:
@@ -58,7 +92,10 @@ def accepted(path: Path) -> dict[Version, dict[str, np.ndarray]]:
             decision = Directive.FromString(message.data).decision
             if decision.verdict == ACCEPT and Version.of(decision.version) != versions[-1]:
                 versions.append(Version.of(decision.version))
-    return {version: {name: known[version] for name, known in values.items()} for version in versions}
+    for version in versions:
+        before = found.get(versions[len(found) - 1], {})
+        found[version] = {name: known[version] if version in known else before[name] for name, known in values.items()}
+    return found
 
 
 def wait_until(what: str, probe: Callable[[], Any], patience_s: float) -> None:
@@ -78,15 +115,47 @@ class WholeRun(unittest.TestCase):
     def command(self, scene: str, *more: str) -> list[str]:
         return [str(PROGRAM), "run", str(ROOT / "scenes" / scene), *more]
 
-    def node(self, script: Path = EXAMPLE) -> list[str]:
+    def node(self, script: Path = EXAMPLE, name: str = "thermal") -> list[str]:
         # The folder, which the node does not read, is how its process is found.
         words = [sys.executable, str(script), str(self.folder)]
-        return ["--node", f"thermal={' '.join(map(shlex.quote, words))}"]
+        return ["--node", f"{name}={' '.join(map(shlex.quote, words))}"]
+
+    def written(self, name: str, text: str) -> list[str]:
+        """A node of this name with this text."""
+        script = self.folder / f"{name}.py"
+        script.write_text(text)
+        return self.node(script, name)
+
+    def begin(self, scene: str, *more: str) -> subprocess.Popen[bytes]:
+        command = self.command(scene, "--json", *more)
+        pipe = subprocess.PIPE
+        run = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=pipe, stderr=pipe)
+        self.addCleanup(run.kill)
+        return run
+
+    def summary(self, run: subprocess.Popen[bytes]) -> dict[str, Any]:
+        output, diagnostics = run.communicate()
+        self.assertEqual(run.returncode, 0, diagnostics.decode())
+        return json.loads(output)
 
     def run_scene(self, scene: str, *more: str) -> dict[str, Any]:
-        done = subprocess.run(self.command(scene, "--json", *more), stdin=subprocess.DEVNULL, capture_output=True)
-        self.assertEqual(done.returncode, 0, done.stderr.decode())
-        return json.loads(done.stdout)
+        return self.summary(self.begin(scene, *more))
+
+    def assert_like(self, found: dict[str, Any], built_in: dict[str, Any]) -> dict[str, float]:
+        """Compares two recorded runs step by step; the largest difference of each field, relative to its largest."""
+        for name in ("accepted", "rejected", "iterations"):
+            self.assertEqual(found["steps"][name], built_in["steps"][name], name)
+        self.assertEqual(found["recording"]["lost"], 0)
+        expected, values = accepted(Path(built_in["recording"]["path"])), accepted(Path(found["recording"]["path"]))
+        self.assertEqual(list(values), list(expected))
+        difference = dict.fromkeys(FIELDS.values(), 0.0)
+        for version, fields in expected.items():
+            for name, field in fields.items():
+                largest = np.abs(values[version][name] - field).max() / np.abs(field).max()
+                difference[name] = max(difference[name], float(largest))
+        # The same operations in the same order: any difference is the mathematics library's, in the last bits.
+        self.assertLess(max(difference.values()), 1e-9)
+        return difference
 
     def processes(self) -> list[int]:
         found = []
@@ -104,21 +173,10 @@ class WholeRun(unittest.TestCase):
         middle = time.monotonic()
         ours = self.run_scene("deposition-laser.toml", "--record", str(self.folder / "python.mcap"), *self.node())
         seconds = middle - begun, time.monotonic() - middle
-        for name in ("accepted", "rejected", "iterations"):
-            self.assertEqual(ours["steps"][name], built_in["steps"][name], name)
-        self.assertEqual((ours["refused"], ours["recording"]["lost"]), (0, 0))
-        expected, found = accepted(self.folder / "rust.mcap"), accepted(self.folder / "python.mcap")
-        self.assertEqual(list(found), list(expected))
-        self.assertGreater(len(found), 400)
-        difference = dict.fromkeys(FIELDS.values(), 0.0)
-        for version, fields in expected.items():
-            for name, values in fields.items():
-                largest = np.abs(values).max()
-                difference[name] = max(difference[name], np.abs(found[version][name] - values).max() / largest)
-        print(f"\n{len(found) - 1} accepted steps; built-in {seconds[0]:.1f} s, Python {seconds[1]:.1f} s", end="; ")
-        print("largest relative differences", {name: float(f"{value:.1e}") for name, value in difference.items()})
-        # The same operations in the same order: any difference is the mathematics library's, in the last bits.
-        self.assertLess(max(difference.values()), 1e-9)
+        self.assertEqual(ours["refused"], 0)
+        self.assertGreater(ours["steps"]["accepted"], 400)
+        difference = self.assert_like(ours, built_in)
+        print(f"\nbuilt-in {seconds[0]:.1f} s, Python {seconds[1]:.1f} s; largest relative differences", difference)
         self.assertEqual(self.processes(), [])
 
     def test_twice_the_same_bits_and_the_built_in_node_verifies_them(self) -> None:
@@ -128,6 +186,49 @@ class WholeRun(unittest.TestCase):
         self.assertEqual(len(hashes), 1)
         verified = subprocess.run([PROGRAM, "verify", file, "--tolerance", "1e-9"], capture_output=True, text=True)
         self.assertEqual(verified.returncode, 0, verified.stdout + verified.stderr)
+
+    def test_a_node_of_its_own_rate_goes_on_with_the_same_bits_after_its_death_and_from_a_recording(self) -> None:
+        def options(name: str, *more: str) -> list[str]:
+            changes = ['duration="2.5 ms"', "recovery.checkpoint=10", "coupling.every.thermal=3"]
+            sets = [word for change in changes for word in ("--set", change)]
+            return ["deposition-laser.toml", *sets, "--record", str(self.folder / f"{name}.mcap"), *more]
+
+        built_in = self.run_scene(*options("rust"))
+        ours = self.run_scene(*options("python", *self.node()))
+        self.assert_like(ours, built_in)
+
+        run = self.begin(*options("killed", *self.node()))
+        file = self.folder / "killed.mcap"
+        wait_until("the recording to grow", lambda: file.exists() and file.stat().st_size > 5e6, 60)
+        (process,) = [process for process in self.processes() if process != run.pid]
+        os.kill(process, signal.SIGKILL)
+        killed = self.summary(run)
+        ((death,),) = [[restart["node"] for restart in killed["restarts"]]]
+        self.assertEqual((death, killed["hash"]), ("thermal", ours["hash"]))
+
+        resumed = self.run_scene(*options("resumed", *self.node(), "--resume", f"{self.folder}/python.mcap@65"))
+        self.assertEqual(resumed["hash"], ours["hash"])
+
+    def test_acceleration_a_second_writer_and_a_reader_change_nothing_about_being_the_built_in_one(self) -> None:
+        others = [*self.written("lamp", LAMP), *self.written("watch", WATCH)]
+        jacobi = 'coupling.order="jacobi"'
+        for changes in ([], ['coupling.acceleration="iqn-ils"'], ['coupling.acceleration="aitken"', jacobi]):
+            sets = [word for change in changes for word in ("--set", change)]
+            runs = {}
+            for name, node in (("rust", []), ("python", self.node())):
+                record = ["--record", str(self.folder / f"{name}.mcap")]
+                runs[name] = self.run_scene("quick.toml", *sets, *record, *others, *node)
+            self.assert_like(runs["python"], runs["rust"])
+            # The reader solves once a step, when the others have converged.
+            steps = runs["python"]["steps"]
+            self.assertEqual(runs["python"]["nodes"]["watch"]["solves"], steps["accepted"])
+            self.assertGreater(steps["iterations"], steps["accepted"])
+
+    def test_it_keeps_the_protocol(self) -> None:
+        command = [str(PROGRAM), "conformance", "--", sys.executable, str(EXAMPLE), str(self.folder)]
+        told = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True)
+        self.assertEqual(told.returncode, 0, told.stdout + told.stderr)
+        self.assertIn(" 0 broken, 0 not applicable", told.stdout)
 
     def test_no_process_outlives_a_killed_run(self) -> None:
         slow = self.folder / "slow.py"
