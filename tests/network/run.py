@@ -130,7 +130,7 @@ class Network(unittest.TestCase):
 
     def test_a_cut_longer_than_the_lease_names_the_node(self):
         self.connect(loss=0)
-        self.start_run("--set", "duration=50 ms")
+        self.start_run("--set", "duration=50 ms", "--set", "recovery.restarts=0")
         self.wait_for_traffic()
         self.relay.cut(60.0)
         begun = time.monotonic()

@@ -121,7 +121,9 @@ fn no_test_is_ignored_and_nothing_is_left_undone() {
 #[test]
 fn the_command_line_says_every_command_of_the_readme() {
     let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
-    for command in ["run", "check", "node", "coordinator", "router", "replay", "verify", "info", "view", "conformance", "new-node"] {
+    for command in
+        ["run", "check", "node", "coordinator", "router", "replay", "verify", "info", "view", "conformance", "new-node"]
+    {
         assert!(readme.contains(&format!("stagger {command}")), "README.md does not show `stagger {command}`");
     }
 }

@@ -32,6 +32,12 @@ impl Remote<'_> {
         }
     }
 
+    /// Whether the process that takes part as `node` is alive.
+    fn lives(&self, node: &str) -> bool {
+        let (alive, current) = (self.alive.get(node), self.current.get(node));
+        alive.zip(current).is_some_and(|(alive, current)| alive.contains(current))
+    }
+
     pub(super) fn lost(&mut self, node: String, at: String) -> RunError {
         let last_words = self.keeper.last_words(&node);
         RunError::Lost { node, at, last_words }
@@ -77,7 +83,7 @@ impl Remote<'_> {
                 Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => return Ok(None),
             };
             let Some(arrival) = self.sort(event)? else {
-                if let Some(node) = self.nodes.iter().find(|node| !self.alive.contains_key(*node)).cloned() {
+                if let Some(node) = self.nodes.iter().find(|node| !self.lives(node)).cloned() {
                     return Err(self.lost(node, version.to_string()));
                 }
                 continue;

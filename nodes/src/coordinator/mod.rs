@@ -140,6 +140,8 @@ pub struct Remote<'a> {
     /// Processes by node; one that was given up is not among them.
     alive: BTreeMap<String, BTreeSet<String>>,
     buried: BTreeSet<(String, String)>,
+    /// The process of each node that takes part: another of its name may be there before this one's end is seen.
+    current: BTreeMap<String, String>,
     order: Vec<String>,
     /// How long a node may work on one answer.
     hang: Duration,
@@ -214,6 +216,7 @@ impl<'a> Remote<'a> {
             nodes,
             alive: BTreeMap::new(),
             buried: BTreeSet::new(),
+            current: BTreeMap::new(),
             order: Vec::new(),
             hang,
             inbox: Inbox::default(),
@@ -239,8 +242,13 @@ impl<'a> Remote<'a> {
     /// # Errors
     /// It cannot be started.
     pub fn revive(&mut self, node: &str) -> Result<(), RunError> {
-        for instance in self.alive.remove(node).unwrap_or_default() {
-            self.buried.insert((node.into(), instance));
+        let current = self.current.remove(node);
+        for instance in self.alive.get(node).cloned().unwrap_or_default() {
+            // Before the first handshake nobody is current, and whoever is there is given up.
+            if current.as_ref().is_none_or(|current| *current == instance) {
+                self.hear_life(&keys::live(&self.run, node, &instance), false);
+                self.buried.insert((node.into(), instance));
+            }
         }
         self.epoch += 1;
         self.sequence = 0;
@@ -283,6 +291,7 @@ impl<'a> Remote<'a> {
             if let Some(difference) = difference(&manifest, &self.run, scene_hash) {
                 return Err(RunError::Foreign { node: node.clone(), difference });
             }
+            self.current.insert(node.clone(), manifest.instance.clone());
             manifests.insert(node.clone(), manifest);
         }
         Ok(manifests)
