@@ -130,7 +130,8 @@ mod tests {
 
     /// Temperature's error falls by a hundred in each iteration; after the third nothing changes any more.
     fn outcome(iteration: u32) -> Outcome {
-        let error = |field: &str, error| FieldError { field: field.into(), error, tolerance: 1e-6 };
+        let error =
+            |field: &str, error| FieldError { field: field.into(), error, tolerance: 1e-6, ..FieldError::default() };
         let temperature = if iteration < 4 { 0.01f64.powi(iteration as i32 - 1) } else { 0.0 };
         let decision = Decision {
             verdict: Verdict::Accept.into(),
