@@ -302,10 +302,12 @@ impl Host {
             return Ok(None);
         }
         let envelope = directive.envelope.unwrap_or_default();
-        if let Some(decision) = directive.decision {
+        // What an epoch decided that this node knows nothing of is not its concern.
+        let knows = self.epoch == Some(envelope.epoch);
+        if let Some(decision) = directive.decision.filter(|_| knows) {
             self.conclude(&decision, &envelope)?;
         }
-        if directive.checkpoint {
+        if directive.checkpoint && knows {
             self.hand_over(&envelope)?;
         }
         match directive.task {

@@ -143,6 +143,27 @@ fn an_interrupted_run_goes_on_from_where_it_stopped_and_counts_on() {
 }
 
 #[test]
+fn acceleration_and_slow_nodes_go_on_from_a_checkpoint_as_if_nothing_had_been() {
+    let place = Workplace::with("quick.toml");
+    let settings = [
+        "--set",
+        "recovery.checkpoint=7",
+        "--set",
+        "coupling.acceleration=iqn-ils",
+        "--set",
+        "coupling.every.thermal=3",
+        "--json",
+    ];
+    let whole = json(&place.run(&[&settings[..], &["--record", "run.mcap"]].concat()));
+    verified(&place.path("run.mcap"));
+    // Step 28 is none of the slow node's: it goes on in the middle of its window.
+    let rest = json(&place.run(&[&settings[..], &["--resume", "run.mcap@30", "--record", "rest.mcap"]].concat()));
+    assert_eq!(rest["hash"], whole["hash"]);
+    assert_eq!(rest["steps"], whole["steps"]);
+    verified(&place.path("rest.mcap"));
+}
+
+#[test]
 fn a_node_that_dies_before_it_announces_itself_is_started_again() {
     let place = Workplace::with("quick.toml");
     let whole = json(&place.run(&["--no-record", "--json"]));
