@@ -148,10 +148,24 @@ fn order(nodes: &BTreeMap<String, Ports>, settings: &Settings, problems: &mut Ve
         }
     }
     let known = DEFAULT_SEQUENCE.iter().map(|name| (*name).to_owned()).filter(|name| nodes.contains_key(name));
-    for name in known.chain(nodes.keys().cloned()) {
+    for name in known {
         if !order.contains(&name) {
             order.push(name);
         }
+    }
+    // Whoever is read follows at once on what it reads itself, so that its readers have its values in the same
+    // iteration; who is not, comes last.
+    let reads = |reader: &str, writer: &str| {
+        let wrote = |read: &Port| nodes[writer].writes.iter().any(|port| port.field == read.field);
+        nodes[reader].reads.iter().any(wrote)
+    };
+    for name in nodes.keys() {
+        if order.contains(name) {
+            continue;
+        }
+        let is_read = order.iter().any(|other| reads(other, name));
+        let after = order.iter().rposition(|other| reads(name, other)).map_or(0, |last| last + 1);
+        order.insert(if is_read { after } else { order.len() }, name.clone());
     }
     order
 }
@@ -212,6 +226,21 @@ mod tests {
         assert!(jacobi.nodes.iter().flat_map(|node| &node.sources).all(|source| !source.same_iteration));
         let turned = Settings { sequence: vec!["thermal".into()], ..settings() };
         assert_eq!(plan(&nodes(), &turned).unwrap().order, ["thermal", "particles"]);
+    }
+
+    #[test]
+    fn a_node_of_another_name_solves_before_those_that_read_it_and_a_reader_last() {
+        let power = Port::f64("power", "W", "particles", 1, Measure::Magnitude);
+        let mut nodes = nodes();
+        let positions = nodes["particles"].writes[0].clone();
+        nodes.get_mut("thermal").unwrap().reads.push(power.as_sum());
+        let laser = Ports { reads: vec![positions.as_read()], writes: vec![power] };
+        nodes.insert("optics".into(), laser.clone());
+        nodes.insert("second".into(), laser);
+        nodes.insert("a-probe".into(), Ports { reads: vec![positions.as_read()], writes: Vec::new() });
+        let plan = plan(&nodes, &settings()).unwrap();
+        assert_eq!(plan.order, ["particles", "second", "optics", "thermal", "a-probe"]);
+        assert_eq!(readers(&plan), ["a-probe".to_owned()].into());
     }
 
     #[test]

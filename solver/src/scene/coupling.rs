@@ -23,7 +23,7 @@ static ORDER: Key = Key::new(
 static SEQUENCE: Key = Key::new(
     "sequence",
     Kind::Texts,
-    "Names of nodes in the order in which they solve; those not named follow in the default order.",
+    "Names of nodes in the order in which they solve; of those not named each follows on what it reads, and those that nobody reads come last.",
 )
 .or("[]");
 static ACCELERATION: Key =
