@@ -54,6 +54,14 @@ impl std::fmt::Display for Version {
     }
 }
 
+impl Checkpoint {
+    /// The version all nodes hold.
+    #[must_use]
+    pub fn version(&self) -> Version {
+        self.envelope.as_ref().and_then(|envelope| envelope.version).unwrap_or_default()
+    }
+}
+
 impl ValueKind {
     /// Bytes of one value.
     #[must_use]

@@ -164,7 +164,7 @@ impl Host {
             let _ = to_host.send(Event::Directive(arrival));
         })?;
         let to_host = events.0.clone();
-        let coordinator = link.watch(&keys::live(&run, "coordinator", "*"), move |_, alive| {
+        let coordinator = link.watch(&keys::live(&run, COORDINATOR, "*"), move |_, alive| {
             if !alive {
                 let _ = to_host.send(Event::Abandoned);
             }
@@ -270,19 +270,8 @@ impl Host {
             }
             return;
         }
-        let sender = received.envelope.sender.clone();
-        if !self.accepts(Some(&received.envelope), false) {
-            return;
-        }
-        if !self.inbox.reads(&sender, &received.name) {
+        if self.accepts(Some(&received.envelope), false) && !self.inbox.receive(received) {
             self.refused += 1;
-            return;
-        }
-        let version = received.envelope.version.unwrap_or_default();
-        match (received.field, received.same_as) {
-            (Some(field), _) => self.inbox.insert(&sender, version, field),
-            (None, Some(same_as)) => self.inbox.refer(&sender, &received.name, version, same_as),
-            (None, None) => {}
         }
     }
 
@@ -314,17 +303,13 @@ impl Host {
             Some(directive::Task::Plan(plan)) => self.start(&envelope, plan)?,
             // It is late: what is over is not solved again.
             Some(directive::Task::Iterate(_)) if envelope.version <= Some(self.accepted) => self.refused += 1,
-            Some(directive::Task::Iterate(iterate)) if resting(&self.identity.node, &iterate).is_some() => {
-                if iterate.again {
-                    self.answer_again(&envelope)?;
-                }
-                self.rested = envelope.version;
-            }
             Some(directive::Task::Iterate(iterate)) => {
                 if iterate.again {
                     self.answer_again(&envelope)?;
                 }
-                if self.answered.as_ref().is_none_or(|(answered, ..)| answered.version != envelope.version) {
+                if resting(&self.identity.node, &iterate).is_some() {
+                    self.rested = envelope.version;
+                } else if self.answered.as_ref().is_none_or(|(answered, ..)| answered.version != envelope.version) {
                     self.pending = Some((envelope, iterate, Instant::now()));
                 }
             }
@@ -369,31 +354,18 @@ impl Host {
 
     /// Puts everything it needs to go on from its committed version.
     fn hand_over(&mut self, envelope: &Envelope) -> Result<(), HostError> {
-        let state = match self.participant.snapshot() {
-            Ok(state) => state,
-            Err(error) => return self.cannot_commit(envelope, error.to_string()),
-        };
-        let about = |sender: &str, version| Envelope {
+        let about = Envelope {
             run: self.identity.run.clone(),
             schema: SCHEMA_VERSION,
             epoch: self.epoch.unwrap_or_default(),
-            sender: sender.into(),
-            version: Some(version),
+            sender: self.identity.node.clone(),
+            version: Some(self.accepted),
             ..Envelope::default()
         };
-        let (committed, fields) = &self.committed;
-        let older = self.inbox.older_than(self.accepted);
-        let snapshot = Snapshot {
-            envelope: Some(about(&self.identity.node, self.accepted)),
-            committed: Some(*committed),
-            state,
-            fields: fields
-                .values()
-                .map(|field| codec::field_message(&about(&self.identity.node, *committed), field))
-                .collect(),
-            frozen: older.iter().map(|(from, at, field)| codec::field_message(&about(from, *at), field)).collect(),
-        };
-        Ok(self.snapshot.put(None, snapshot.encode_to_vec().into())?)
+        match coupling::snapshot(self.participant.as_ref(), &self.inbox, &self.committed, about) {
+            Ok(snapshot) => Ok(self.snapshot.put(None, snapshot.encode_to_vec().into())?),
+            Err(error) => self.cannot_commit(envelope, error.to_string()),
+        }
     }
 
     fn start(&mut self, envelope: &Envelope, plan: Plan) -> Result<(), HostError> {

@@ -62,6 +62,6 @@ pub fn resume(text: &str, scene: &Scene) -> Result<(Checkpoint, u64), ResumeErro
     let checkpoint = recording.checkpoint(step).map_err(failed)?;
     let wanted = step.map_or("at all".to_owned(), |step| format!("at or before step {step}"));
     let checkpoint = checkpoint.ok_or(ResumeError::NoCheckpoint { file: file.into(), wanted })?;
-    let version = checkpoint.envelope.as_ref().and_then(|envelope| envelope.version).unwrap_or_default();
-    Ok((checkpoint, version.step))
+    let step = checkpoint.version().step;
+    Ok((checkpoint, step))
 }

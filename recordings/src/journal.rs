@@ -121,8 +121,7 @@ impl<W: Write> Journal<W> {
                 if !self.admitted(own) {
                     return Ok(());
                 }
-                let version = checkpoint.envelope.as_ref().and_then(|envelope| envelope.version).unwrap_or_default();
-                self.seen = self.seen.split_off(&version);
+                self.seen = self.seen.split_off(&checkpoint.version());
                 ("Checkpoint", checkpoint.envelope)
             }
             ControlKind::Report => {

@@ -113,11 +113,10 @@ impl Recording {
     pub fn checkpoint(&self, step: Option<u64>) -> Result<Option<Checkpoint>, RecordingError> {
         let mut found = None;
         for message in self.messages()?.map_while(Result::ok) {
-            if let Body::Checkpoint(checkpoint) = message.body {
-                let version = checkpoint.envelope.as_ref().and_then(|envelope| envelope.version).unwrap_or_default();
-                if step.is_none_or(|step| version.step <= step) {
-                    found = Some(checkpoint);
-                }
+            if let Body::Checkpoint(checkpoint) = message.body
+                && step.is_none_or(|step| checkpoint.version().step <= step)
+            {
+                found = Some(checkpoint);
             }
         }
         Ok(found)

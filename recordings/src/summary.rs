@@ -153,10 +153,7 @@ impl Summary {
                 self.report(&report);
             }
             Ok(Some(Body::Directive(directive))) => self.directive(&directive, accounts, windows, rates),
-            Ok(Some(Body::Checkpoint(checkpoint))) => {
-                let version = checkpoint.envelope.and_then(|envelope| envelope.version).unwrap_or_default();
-                self.checkpoints.push(version.step);
-            }
+            Ok(Some(Body::Checkpoint(checkpoint))) => self.checkpoints.push(checkpoint.version().step),
             Ok(_) => {}
             Err(_) => self.malformed += 1,
         }

@@ -224,7 +224,7 @@ fn coordinate(arguments: &SceneArguments, output: &OutputArguments, resume: Opti
 fn how_to_go_on(path: &Path) -> String {
     let checkpoint = Recording::open(path).and_then(|recording| recording.checkpoint(None));
     let Ok(Some(checkpoint)) = checkpoint else { return String::new() };
-    let step = checkpoint.envelope.and_then(|envelope| envelope.version).unwrap_or_default().step;
+    let step = checkpoint.version().step;
     format!("; the same command with --resume {} goes on from step {step}", path.display())
 }
 

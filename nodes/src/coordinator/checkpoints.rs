@@ -7,7 +7,7 @@ use std::{
 
 use bytes::Bytes;
 use prost::Message as _;
-use stagger_messages::{Checkpoint, Envelope, Snapshot, Version};
+use stagger_messages::{Checkpoint, Envelope, Snapshot};
 
 use crate::link::{LinkError, Outlet};
 
@@ -90,10 +90,4 @@ impl Checkpoints {
 
 fn sender(snapshot: &Snapshot) -> &str {
     snapshot.envelope.as_ref().map_or("", |envelope| &envelope.sender)
-}
-
-/// The version a checkpoint stands at.
-#[must_use]
-pub fn version(checkpoint: &Checkpoint) -> Version {
-    checkpoint.envelope.as_ref().and_then(|envelope| envelope.version).unwrap_or_default()
 }

@@ -120,16 +120,8 @@ impl Remote<'_> {
             self.refused += 1;
             return;
         };
-        let sender = received.envelope.sender.clone();
-        if !self.expects(&received.envelope) || !self.inbox.reads(&sender, &received.name) {
+        if !self.expects(&received.envelope) || !self.inbox.receive(received) {
             self.refused += 1;
-            return;
-        }
-        let version = received.envelope.version.unwrap_or_default();
-        match (received.field, received.same_as) {
-            (Some(field), _) => self.inbox.insert(&sender, version, field),
-            (None, Some(same_as)) => self.inbox.refer(&sender, &received.name, version, same_as),
-            (None, None) => {}
         }
     }
 

@@ -234,7 +234,7 @@ impl<'a> Remote<'a> {
     /// The last whole checkpoint, or the one the run goes on from, with its version.
     #[must_use]
     pub fn last_checkpoint(&self) -> Option<(Version, &Checkpoint)> {
-        self.checkpoints.last().map(|checkpoint| (checkpoints::version(checkpoint), checkpoint))
+        self.checkpoints.last().map(|checkpoint| (checkpoint.version(), checkpoint))
     }
 
     /// Gives a node up and has it started again. What follows is a new epoch.

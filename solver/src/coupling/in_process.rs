@@ -115,27 +115,40 @@ impl InProcess {
     }
 
     fn take_checkpoint(&mut self, version: Version, t_s: f64, coordinator: Vec<u8>) -> Result<(), SolveError> {
-        let about = |sender: &str, version| Envelope {
-            sender: sender.into(),
-            version: Some(version),
-            t_s,
-            ..Envelope::default()
-        };
+        let about =
+            |sender: &str| Envelope { sender: sender.into(), version: Some(version), t_s, ..Envelope::default() };
         let mut nodes = Vec::new();
         for (name, member) in &self.members {
-            let (committed, fields) = &member.committed;
-            let older = member.inbox.older_than(version);
-            nodes.push(Snapshot {
-                envelope: Some(about(name, version)),
-                committed: Some(*committed),
-                state: member.participant.snapshot()?,
-                fields: fields.values().map(|field| codec::field_message(&about(name, *committed), field)).collect(),
-                frozen: older.iter().map(|(from, at, field)| codec::field_message(&about(from, *at), field)).collect(),
-            });
+            nodes.push(snapshot(member.participant.as_ref(), &member.inbox, &member.committed, about(name))?);
         }
-        self.checkpoint = Some(Checkpoint { envelope: Some(about(COORDINATOR, version)), coordinator, nodes });
+        self.checkpoint = Some(Checkpoint { envelope: Some(about(COORDINATOR)), coordinator, nodes });
         Ok(())
     }
+}
+
+/// Everything a node needs to go on: its state, what it committed last and, of what it reads, what nobody else will
+/// send again. `about` names the node and the version of the checkpoint.
+///
+/// # Errors
+/// The state cannot be encoded.
+pub fn snapshot(
+    participant: &dyn Participant,
+    inbox: &Inbox,
+    committed: &(Version, Fields),
+    about: Envelope,
+) -> Result<Snapshot, SolveError> {
+    let of = |sender: &str, at, field| {
+        codec::field_message(&Envelope { sender: sender.into(), version: Some(at), ..about.clone() }, field)
+    };
+    let (at, fields) = committed;
+    let older = inbox.older_than(about.version.unwrap_or_default());
+    Ok(Snapshot {
+        committed: Some(*at),
+        state: participant.snapshot()?,
+        fields: fields.values().map(|field| of(&about.sender, *at, field)).collect(),
+        frozen: older.iter().map(|(sender, at, field)| of(sender, *at, field)).collect(),
+        envelope: Some(about),
+    })
 }
 
 /// Puts what a snapshot says into a participant and its inbox; the version it had committed and the fields of that.

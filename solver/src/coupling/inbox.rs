@@ -1,6 +1,6 @@
 use std::{collections::BTreeMap, sync::Arc};
 
-use stagger_messages::{Field, Fields, Iterate, Port, Source, Version};
+use stagger_messages::{Envelope, Field, Fields, Iterate, Port, Source, Version, codec::Received};
 
 use super::Frozen;
 use crate::SolveError;
@@ -54,6 +54,21 @@ impl Inbox {
         if let Some(values) = versions.get(&same_as).cloned() {
             versions.insert(version, values);
         }
+    }
+
+    /// Takes a field as it came, whole or as a reference; false where the node does not read it of that sender.
+    pub fn receive(&mut self, received: Received) -> bool {
+        let Received { envelope: Envelope { sender, version, .. }, name, field, same_as, .. } = received;
+        if !self.reads(&sender, &name) {
+            return false;
+        }
+        let version = version.unwrap_or_default();
+        match (field, same_as) {
+            (Some(field), _) => self.insert(&sender, version, field),
+            (None, Some(same_as)) => self.refer(&sender, &name, version, same_as),
+            (None, None) => {}
+        }
+        true
     }
 
     /// A field of a sender at a version.

@@ -23,7 +23,7 @@ pub use acceleration::{Accelerator, Iterates};
 pub use change::{change, order, relative};
 pub use course::Course;
 pub use drive::{End, Ensemble, Observer, Task, drive, window_of};
-pub use in_process::{InProcess, InProcessError, restore};
+pub use in_process::{InProcess, InProcessError, restore, snapshot};
 pub use inbox::{COORDINATOR, Inbox, resting};
 pub use ledger::{Account, Ledger};
 pub use participant::{Answer, Local, Participant, same};
