@@ -4,20 +4,18 @@
 //! closes: the kernel closes it however this process ends.
 
 use std::{
-    collections::{BTreeMap, VecDeque},
-    io::{BufRead, BufReader},
+    collections::BTreeMap,
     os::unix::process::CommandExt as _,
     path::PathBuf,
     process::{Child, Command, Stdio},
     sync::{
-        Arc, Mutex, PoisonError,
+        Arc,
         atomic::{AtomicBool, Ordering},
     },
-    thread::JoinHandle,
     time::{Duration, Instant},
 };
 
-use crate::{coordinator::Keeper, roster::Runs};
+use crate::{coordinator::Keeper, last_words::LastWords, roster::Runs};
 
 /// Lines of a node's diagnostics that are kept to explain its end.
 const LAST_LINES: usize = 20;
@@ -54,8 +52,7 @@ pub struct Launcher {
 struct Worker {
     runs: Runs,
     child: Child,
-    lines: Arc<Mutex<VecDeque<String>>>,
-    reader: Option<JoinHandle<()>>,
+    words: LastWords,
 }
 
 impl Launcher {
@@ -96,10 +93,7 @@ impl Drop for Launcher {
                 // A process it started may still hold its diagnostics open: they are not waited for.
                 continue;
             }
-            if let Some(reader) = worker.reader.take() {
-                // The reader ends with the pipe; a panic in it lost diagnostics, nothing else.
-                let _ = reader.join();
-            }
+            worker.words.wait();
         }
     }
 }
@@ -110,21 +104,10 @@ impl Worker {
         let mut child = command.spawn().map_err(|error| {
             std::io::Error::new(error.kind(), format!("node `{name}`: cannot start {command:?}: {error}"))
         })?;
-        let lines = Arc::new(Mutex::new(VecDeque::new()));
-        let reader = child.stderr.take().map(|pipe| {
-            let (kept, name) = (Arc::clone(&lines), name.to_owned());
-            std::thread::spawn(move || {
-                for line in BufReader::new(pipe).lines().map_while(Result::ok) {
-                    crate::diagnostics::note(&format!("[{name}] {line}"));
-                    let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
-                    if kept.len() == LAST_LINES {
-                        kept.pop_front();
-                    }
-                    kept.push_back(line);
-                }
-            })
-        });
-        Ok(Self { runs: runs.clone(), child, lines, reader })
+        let name = name.to_owned();
+        let hear = move |line: &str| crate::diagnostics::note(&format!("[{name}] {line}"));
+        let words = LastWords::follow(&mut child, LAST_LINES, hear);
+        Ok(Self { runs: runs.clone(), child, words })
     }
 
     fn ended(&mut self) -> bool {
@@ -186,9 +169,7 @@ impl Keeper for Launcher {
             Ok(Some(status)) => status.to_string(),
             _ => "its process does not answer".into(),
         };
-        let lines = worker.lines.lock().unwrap_or_else(PoisonError::into_inner);
-        let said: Vec<_> = lines.iter().map(String::as_str).collect();
-        if said.is_empty() { status } else { format!("{status}; it said: {}", said.join(" / ")) }
+        format!("{status}{}", worker.words.told())
     }
 
     fn interrupted(&self) -> bool {

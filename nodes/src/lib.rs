@@ -9,6 +9,7 @@ pub mod diagnostics;
 pub mod graph;
 pub mod host;
 pub mod in_process;
+pub mod last_words;
 pub mod launcher;
 pub mod link;
 pub mod monitor;

@@ -49,6 +49,21 @@ pub enum NodeError {
     Host(#[from] HostError),
 }
 
+/// What a node's process says of how it ended: nothing of a run that was completed; else why, unless its parent, which
+/// knows, tells it.
+///
+/// # Errors
+/// The run was not completed, or the node failed.
+pub fn told(end: Result<NodeEnd, NodeError>, node: &str, child: bool) -> Result<(), Option<String>> {
+    match end {
+        Ok(NodeEnd::Stopped { completed: true, .. }) => Ok(()),
+        Ok(NodeEnd::Stopped { .. }) if child => Err(None),
+        Ok(NodeEnd::Stopped { reason, .. }) => Err(Some(format!("the run ended early: {reason}"))),
+        Ok(NodeEnd::Abandoned) => Err(Some(format!("`{node}`: the coordinator is gone"))),
+        Err(error) => Err(Some(error.to_string())),
+    }
+}
+
 /// Runs a node until its run ends.
 ///
 /// # Errors

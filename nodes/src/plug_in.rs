@@ -11,11 +11,7 @@ use stagger_solver::{
     scene::Scene,
 };
 
-use crate::{
-    diagnostics,
-    host::{Identity, NodeEnd},
-    node,
-};
+use crate::{diagnostics, host::Identity, node};
 
 /// Exit codes beside 0, done: 1 failed, 2 usage or bad scene.
 const FAILED: u8 = 1;
@@ -158,13 +154,11 @@ pub fn main<P: Physics + 'static>(build: impl FnOnce(&Setup) -> Result<P, Box<dy
     let participant = Box::new(Local::new(setup.node.clone(), physics));
     let identity = Identity { run: setup.run.clone(), node: setup.node.clone(), scene_hash };
     let child = setup.parent.is_some();
-    match node::take_part(participant, identity, &setup.connect, setup.config.as_deref(), child) {
-        Ok(NodeEnd::Stopped { completed: true, .. }) => ExitCode::SUCCESS,
-        // The parent tells why.
-        Ok(NodeEnd::Stopped { .. }) if child => ExitCode::from(FAILED),
-        Ok(NodeEnd::Stopped { reason, .. }) => ended(FAILED, &format!("the run ended early: {reason}")),
-        Ok(NodeEnd::Abandoned) => ended(FAILED, &format!("`{}`: the coordinator is gone", setup.node)),
-        Err(error) => ended(FAILED, &error),
+    let end = node::take_part(participant, identity, &setup.connect, setup.config.as_deref(), child);
+    match node::told(end, &setup.node, child) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(None) => ExitCode::from(FAILED),
+        Err(Some(why)) => ended(FAILED, &why),
     }
 }
 

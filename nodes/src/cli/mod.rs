@@ -25,7 +25,6 @@ use crate::{
     coordinator::RunError,
     diagnostics,
     graph::Format,
-    host::NodeEnd,
     link::{Link, Role},
     node,
     replay::{self, Pace},
@@ -267,13 +266,10 @@ fn run_node(arguments: NodeArguments) -> End {
         child: arguments.child,
         config: arguments.config,
     };
-    match node::run(&scene, &options) {
-        Ok(NodeEnd::Stopped { completed: true, .. }) => End::Done,
-        // The parent tells why.
-        Ok(NodeEnd::Stopped { .. }) if options.child => End::Silent(FAILED),
-        Ok(NodeEnd::Stopped { reason, .. }) => End::Code(FAILED, format!("the run ended early: {reason}")),
-        Ok(NodeEnd::Abandoned) => End::Code(FAILED, format!("`{}`: the coordinator is gone", options.name)),
-        Err(error) => failed(&error),
+    match node::told(node::run(&scene, &options), &options.name, options.child) {
+        Ok(()) => End::Done,
+        Err(None) => End::Silent(FAILED),
+        Err(Some(why)) => End::Code(FAILED, why),
     }
 }
 

@@ -1,10 +1,9 @@
 //! One process of the node under test, and the coordinator's side of its run, moved by hand.
 
 use std::{
-    collections::{BTreeMap, VecDeque},
-    io::{BufRead as _, BufReader},
+    collections::BTreeMap,
     process::{Child, ExitStatus},
-    sync::{Arc, Mutex, PoisonError, mpsc::Receiver},
+    sync::mpsc::Receiver,
     time::{Duration, Instant},
 };
 
@@ -21,6 +20,7 @@ use super::{
     heard::{Fault, Heard, listen, name_of, same_values},
 };
 use crate::{
+    last_words::LastWords,
     launcher::{self, Common},
     link::{Arrival, Declared, Link, Outlet, Role},
     run::{Endpoint, socket_folder},
@@ -81,7 +81,7 @@ pub struct Session {
     /// What the node published in this epoch, references resolved.
     values: BTreeMap<(String, Version), Field>,
     child: Child,
-    said: Arc<Mutex<VecDeque<String>>>,
+    words: LastWords,
     patience: Duration,
     directives: Outlet,
     outlets: BTreeMap<(String, String), Outlet>,
@@ -130,7 +130,7 @@ impl Session {
         };
         let mut command = launcher::command(&node, &bench.runs, &common).map_err(|error| failed(&error))?;
         let mut child = command.spawn().map_err(|error| failed(&format!("{command:?}: {error}")))?;
-        let said = follow(&mut child);
+        let words = LastWords::follow(&mut child, LAST_LINES, |_| {});
         let mut session = Self {
             manifest: Manifest::default(),
             log: Vec::new(),
@@ -143,7 +143,7 @@ impl Session {
             events,
             values: BTreeMap::new(),
             child,
-            said,
+            words,
             patience: bench.patience,
             directives,
             outlets: BTreeMap::new(),
@@ -165,7 +165,10 @@ impl Session {
             }
             self.alive(&expected)?;
             if Instant::now() > deadline {
-                return Err(Fault::new(expected, format!("none within {} s{}", self.patience.as_secs(), self.words())));
+                return Err(Fault::new(
+                    expected,
+                    format!("none within {} s{}", self.patience.as_secs(), self.words.told()),
+                ));
             }
         };
         let meta = keys::manifest(&self.run, &self.node);
@@ -380,7 +383,8 @@ impl Session {
                     return Err(ended);
                 }
                 if Instant::now() > deadline {
-                    let found = format!("nothing of the kind within {} s{}", self.patience.as_secs(), self.words());
+                    let found =
+                        format!("nothing of the kind within {} s{}", self.patience.as_secs(), self.words.told());
                     return Err(Fault::new(expected, found));
                 }
             }
@@ -503,16 +507,10 @@ impl Session {
             Ok(Some(status)) => {
                 // Its last lines are on their way.
                 std::thread::sleep(Duration::from_millis(50));
-                Err(Fault::new(expected, format!("its process has ended ({status}){}", self.words())))
+                Err(Fault::new(expected, format!("its process has ended ({status}){}", self.words.told())))
             }
             _ => Ok(()),
         }
-    }
-
-    fn words(&self) -> String {
-        let lines = self.said.lock().unwrap_or_else(PoisonError::into_inner);
-        let lines: Vec<_> = lines.iter().map(String::as_str).collect();
-        if lines.is_empty() { String::new() } else { format!("; it said: {}", lines.join(" / ")) }
     }
 }
 
@@ -537,21 +535,4 @@ pub fn frozen_version(source: &Source, version: Version, committed: Version) -> 
         (false, 0 | 1) => committed,
         (false, iteration) => Version { iteration: iteration - 1, ..version },
     }
-}
-
-fn follow(child: &mut Child) -> Arc<Mutex<VecDeque<String>>> {
-    let lines = Arc::new(Mutex::new(VecDeque::new()));
-    if let Some(pipe) = child.stderr.take() {
-        let kept = Arc::clone(&lines);
-        std::thread::spawn(move || {
-            for line in BufReader::new(pipe).lines().map_while(Result::ok) {
-                let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
-                if kept.len() == LAST_LINES {
-                    kept.pop_front();
-                }
-                kept.push_back(line);
-            }
-        });
-    }
-    lines
 }
