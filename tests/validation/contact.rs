@@ -39,8 +39,11 @@ fn settings(law: ContactLaw, density_kg_m3: f64, particles: &[([f64; 3], [f64; 3
             softening_reference_k: 300.0,
             softening_floor_pa: 0.0,
             damping_n_s_m3: 0.0,
+            restitution: None,
         },
         friction: None,
+        rolling: None,
+        bond: None,
         drag: None,
         gravity_m_s2: [0.0; 3],
         walls: Vec::new(),
@@ -181,7 +184,8 @@ fn a_sliding_sphere_comes_to_roll_at_five_sevenths() {
     settings.walls = vec![floor()];
     settings.gravity_m_s2 = [0.0, 0.0, -weight];
     settings.spin = true;
-    settings.friction = Some(Friction { stiffness_n_m3: 1e14, static_coefficient: slip, dynamic_coefficient: slip });
+    settings.friction =
+        Some(Friction::Regularised { stiffness_n_m3: 1e14, static_coefficient: slip, dynamic_coefficient: slip });
     settings.integrator = Integrator::Verlet { substep_s: Some(1e-6) };
     let particles = Particles::new(settings).unwrap();
     let rolls = 2.0 * speed / (7.0 * slip * weight);
@@ -225,7 +229,8 @@ fn momentum_is_conserved_to_rounding() {
     let cloud = cloud(4, 2.3, 0.3);
     let mut settings = settings(ContactLaw::Overlap { stiffness_pa: 1e6, exponent: 2.0 }, 1000.0, &cloud);
     settings.contact.damping_n_s_m3 = 1e3;
-    settings.friction = Some(Friction { stiffness_n_m3: 1e6, static_coefficient: 0.4, dynamic_coefficient: 0.3 });
+    settings.friction =
+        Some(Friction::Regularised { stiffness_n_m3: 1e6, static_coefficient: 0.4, dynamic_coefficient: 0.3 });
     settings.spin = true;
     let particles = Particles::new(settings).unwrap();
     let masses: Vec<f64> = cloud.iter().map(|particle| mass(particle.2, 1000.0)).collect();
@@ -247,7 +252,7 @@ fn momentum_is_conserved_to_rounding() {
 }
 
 #[test]
-fn the_neighbour_list_changes_no_bit() {
+fn the_neighbour_list_gives_what_all_pairs_give() {
     let cloud = cloud(5, 2.3, 0.5);
     let end = |skin| {
         let law = ContactLaw::Overlap { stiffness_pa: 1e6, exponent: 2.0 };
@@ -256,16 +261,20 @@ fn the_neighbour_list_changes_no_bit() {
         settings.contact.damping_n_s_m3 = 1e3;
         run(&Particles::new(settings).unwrap(), 20, 0.05, |_, _| ()).1
     };
-    // A skin of a thousand radii lists all pairs once; pairs out of contact add nothing, so not even rounding differs.
+    // A skin of a thousand radii lists all pairs once. The order of the sums differs, and with it their rounding, which
+    // grows by the collisions of 20 windows.
     let all_pairs = end(1000.0);
     assert!(all_pairs.fields["contact_area"].rows() > 50);
     for skin in [0.0, 0.05, 0.4] {
-        assert_eq!(end(skin).fields["positions"], all_pairs.fields["positions"], "skin {skin}");
+        let listed = end(skin);
+        let pairs = field(&listed, "positions").iter().zip(field(&all_pairs, "positions"));
+        let worst = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(worst < 1e-11, "skin {skin}: {worst:e}");
     }
 }
 
 #[test]
-fn contact_lists_are_sorted_and_their_revision_tells_a_change() {
+fn a_contact_is_listed_once_and_the_revision_tells_a_change() {
     let cloud = cloud(4, 2.2, 0.3);
     let settings = settings(ContactLaw::Overlap { stiffness_pa: 1e6, exponent: 2.0 }, 1000.0, &cloud);
     let particles = Particles::new(settings).unwrap();
@@ -274,7 +283,10 @@ fn contact_lists_are_sorted_and_their_revision_tells_a_change() {
     run(&particles, 100, 0.01, |_, reply| {
         let pairs = &reply.fields["contact_pairs"];
         let rows = pairs.u32().unwrap().as_chunks::<2>().0;
-        assert!(rows.is_sorted() && rows.iter().all(|[i, j]| i < j));
+        let mut sorted = rows.to_vec();
+        sorted.sort_unstable();
+        sorted.dedup();
+        assert!(sorted.len() == rows.len() && rows.iter().all(|[i, j]| i < j));
         let changed = pairs.values() != before.values();
         assert_eq!(pairs.support.revision, before.support.revision + u64::from(changed));
         assert_eq!(reply.fields["contact_area"].support, pairs.support);

@@ -5,15 +5,16 @@ use super::{
     materials::Material,
     particles,
     reader::Table,
-    units::{AREA_DAMPING, AREA_STIFFNESS, NUMBER, PRESSURE, SPEED, TEMPERATURE, VISCOSITY},
+    units::{AREA_DAMPING, AREA_STIFFNESS, NUMBER, PRESSURE, SPEED, SPRING_STIFFNESS, TEMPERATURE, VISCOSITY},
 };
-use crate::physics::particles::{Contact, ContactLaw, Drag, Friction};
+use crate::physics::particles::{Contact, ContactLaw, Drag, Friction, OverlapBond, Rolling};
 
 static LAW: Key = Key::new(
     "law",
     Kind::Choice(&[
         ("overlap", "K |E|^p A from the overlap strain E and the contact area A (Zohdi 2018, eq. 6.7)"),
         ("hertz", "4/3 √R* E* δ^{3/2} (eq. 6.58)"),
+        ("linear", "a linear spring k δ (Cundall & Strack 1979)"),
     ]),
     "Normal force.",
 )
@@ -40,6 +41,18 @@ static YOUNG: Key = Key::new(
 static POISSON: Key = Key::new("poisson", Kind::Number(&NUMBER, Range::within(0.0, 0.5)), "Poisson's ratio ν.")
     .or_from("the material's")
     .when("law", &["hertz"]);
+static SPRING: Key = Key::new(
+    "spring",
+    Kind::Number(&SPRING_STIFFNESS, Range::POSITIVE),
+    "Stiffness k of the spring at the reference temperature.",
+)
+.when("law", &["linear"]);
+static RESTITUTION: Key = Key::new(
+    "restitution",
+    Kind::Number(&NUMBER, Range::above(0.0, 1.0)),
+    "Restitution coefficient that normal damping gives at any speed of impact; with a tangential spring it damps that too.",
+)
+.or_from("none; damping is by `damping`");
 static DAMPING: Key = Key::new(
     "damping",
     Kind::Number(&AREA_DAMPING, Range::NOT_NEGATIVE),
@@ -54,7 +67,7 @@ pub(super) static CONTACT: Section = Section {
     doc: "Normal contact between particles, and between particles and walls.",
     example: "{ law = \"hertz\", young = \"193 GPa\", poisson = 0.3 }",
     shorthand: Some(&LAW),
-    keys: &[&LAW, &STIFFNESS, &EXPONENT, &YOUNG, &POISSON, &DAMPING, &SOFTENING],
+    keys: &[&LAW, &STIFFNESS, &EXPONENT, &YOUNG, &POISSON, &SPRING, &DAMPING, &RESTITUTION, &SOFTENING],
 };
 
 static RATE: Key = Key::new(
@@ -82,6 +95,7 @@ static FRICTION_LAW: Key = Key::new(
     "law",
     Kind::Choice(&[
         ("regularised", "sticking like a spring over one step, sliding after Coulomb (eqs. 6.11–6.15)"),
+        ("spring", "a spring that each contact remembers, sliding after Coulomb (Cundall & Strack 1979): holds a pile"),
         ("none", "frictionless"),
     ]),
     "Tangential force.",
@@ -93,27 +107,85 @@ static FRICTION_STIFFNESS: Key = Key::new(
     "Stiffness K_f against sliding while sticking.",
 )
 .when("law", &["regularised"]);
+static STIFFNESS_RATIO: Key = Key::new(
+    "stiffness-ratio",
+    Kind::Number(&NUMBER, Range::above(0.0, 10.0)),
+    "Tangential stiffness over normal stiffness.",
+)
+.or_from("2(1−ν)/(2−ν) after Mindlin with Hertz's law, else 2/7")
+.when("law", &["spring"]);
+static DAMPING_RATIO: Key = Key::new(
+    "damping-ratio",
+    Kind::Number(&NUMBER, Range::within(0.0, 10.0)),
+    "Damping ratio of the tangential spring.",
+)
+.or_from("that of the contact's restitution")
+.when("law", &["spring"]);
 static STATIC: Key = Key::new(
     "static",
     Kind::Number(&NUMBER, Range::within(0.0, 10.0)),
     "Static coefficient μ_s: sliding begins above it.",
 )
 .or("0.4")
-.when("law", &["regularised"]);
+.when("law", &["regularised", "spring"]);
 static DYNAMIC: Key = Key::new(
     "dynamic",
     Kind::Number(&NUMBER, Range::within(0.0, 10.0)),
     "Dynamic coefficient μ_d; at most the static one.",
 )
 .or("0.3")
-.when("law", &["regularised"]);
+.when("law", &["regularised", "spring"]);
 
 pub(super) static FRICTION: Section = Section {
     path: "particles.friction",
     doc: "Friction at contacts.",
     example: "{ stiffness = \"1e12 N/m^3\", static = 0.4, dynamic = 0.3 }",
     shorthand: Some(&FRICTION_LAW),
-    keys: &[&FRICTION_LAW, &FRICTION_STIFFNESS, &STATIC, &DYNAMIC],
+    keys: &[&FRICTION_LAW, &FRICTION_STIFFNESS, &STIFFNESS_RATIO, &DAMPING_RATIO, &STATIC, &DYNAMIC],
+};
+
+static ROLLING_COEFFICIENT: Key = Key::new(
+    "rolling",
+    Kind::Number(&NUMBER, Range::within(0.0, 10.0)),
+    "Coefficient μ_r of the moment μ_r a ‖Ψ‖ against rolling, a the contact radius (eq. 6.18).",
+)
+.or("0");
+static TORSION: Key = Key::new(
+    "torsion",
+    Kind::Number(&NUMBER, Range::within(0.0, 10.0)),
+    "Coefficient of the same moment against spin about the contact normal.",
+)
+.or("0");
+
+pub(super) static ROLLING: Section = Section {
+    path: "particles.rolling",
+    doc: "Resistance to rolling and torsion; it acts where particles spin.",
+    example: "{ rolling = 0.1, torsion = 0.05 }",
+    shorthand: Some(&ROLLING_COEFFICIENT),
+    keys: &[&ROLLING_COEFFICIENT, &TORSION],
+};
+
+static BOND_STIFFNESS: Key =
+    Key::new("stiffness", Kind::Number(&PRESSURE, Range::NOT_NEGATIVE), "Normal stiffness K_nb.");
+static BOND_EXPONENT: Key =
+    Key::new("exponent", Kind::Number(&NUMBER, Range::within(0.5, 10.0)), "Exponent p_b of the overlap strain.")
+        .or("2");
+static BOND_SHEAR: Key = Key::new(
+    "shear-stiffness",
+    Kind::Number(&AREA_STIFFNESS, Range::NOT_NEGATIVE),
+    "Tangential stiffness K_rb against sliding.",
+)
+.or("0");
+static BOND_STRAIN: Key =
+    Key::new("strain", Kind::Number(&NUMBER, Range::within(0.0, 1.0)), "Overlap strain E* from which the bond acts.");
+
+pub(super) static OVERLAP_BOND: Section = Section {
+    path: "particles.overlap-bond",
+    doc: "The monograph's bond of overlapping particles (eqs. 6.16–6.17): an attraction that forms and breaks with the overlap. \
+          With the contact's own exponent it only softens the contact; it does not hold in tension.",
+    example: "{ stiffness = \"1e6 Pa\", strain = 0.02, shear-stiffness = \"1e3 N/m^3\" }",
+    shorthand: None,
+    keys: &[&BOND_STIFFNESS, &BOND_EXPONENT, &BOND_SHEAR, &BOND_STRAIN],
 };
 
 static DRAG_LAW: Key = Key::new(
@@ -138,7 +210,11 @@ pub(super) static DRAG: Section = Section {
 /// Reads `contact` of the particles' table.
 pub(super) fn contact(particles: &Table<'_>, key: &'static Key, material: &(String, Material)) -> Option<Contact> {
     let table = particles.table(key)?;
-    let (law, stiffness_pa) = if table.choice(&LAW) == "hertz" {
+    let chosen = table.choice(&LAW);
+    let (law, stiffness_pa) = if chosen == "linear" {
+        let stiffness_n_m = table.number(&SPRING);
+        (ContactLaw::Linear { stiffness_n_m }, stiffness_n_m)
+    } else if chosen == "hertz" {
         let own = |key: &'static Key, value, property| {
             table.number_or(key, || particles::property(particles, material, property, value))
         };
@@ -154,6 +230,7 @@ pub(super) fn contact(particles: &Table<'_>, key: &'static Key, material: &(Stri
         softening_reference_k: 300.0,
         softening_floor_pa: stiffness_pa / 10.0,
         damping_n_s_m3: table.number(&DAMPING),
+        restitution: table.optional_number(&RESTITUTION),
     };
     if let Some(softening) = table.optional_table(&SOFTENING) {
         contact.softening_rate = softening.number(&RATE);
@@ -171,18 +248,51 @@ pub(super) fn contact(particles: &Table<'_>, key: &'static Key, material: &(Stri
 /// Reads `friction` of the particles' table.
 pub(super) fn friction(particles: &Table<'_>, key: &'static Key) -> Option<Friction> {
     let table = particles.optional_table(key)?;
-    let friction = (table.choice(&FRICTION_LAW) != "none").then(|| Friction {
-        stiffness_n_m3: table.number(&FRICTION_STIFFNESS),
-        static_coefficient: table.number(&STATIC),
-        dynamic_coefficient: table.number(&DYNAMIC),
-    });
-    if let Some(friction) = friction
-        && friction.dynamic_coefficient > friction.static_coefficient
-    {
-        table.reject(&DYNAMIC, format!("expected at most the static coefficient, {}", friction.static_coefficient));
-    }
+    let law = table.choice(&FRICTION_LAW);
+    let coefficients = || {
+        let (static_coefficient, dynamic_coefficient) = (table.number(&STATIC), table.number(&DYNAMIC));
+        if dynamic_coefficient > static_coefficient {
+            table.reject(&DYNAMIC, format!("expected at most the static coefficient, {static_coefficient}"));
+        }
+        (static_coefficient, dynamic_coefficient)
+    };
+    let friction = match law {
+        "regularised" => {
+            let stiffness_n_m3 = table.number(&FRICTION_STIFFNESS);
+            let (static_coefficient, dynamic_coefficient) = coefficients();
+            Some(Friction::Regularised { stiffness_n_m3, static_coefficient, dynamic_coefficient })
+        }
+        "spring" => {
+            let stiffness_ratio = table.optional_number(&STIFFNESS_RATIO);
+            let damping_ratio = table.optional_number(&DAMPING_RATIO);
+            let (static_coefficient, dynamic_coefficient) = coefficients();
+            Some(Friction::Spring { stiffness_ratio, damping_ratio, static_coefficient, dynamic_coefficient })
+        }
+        _ => None,
+    };
     table.finish();
     friction
+}
+
+/// Reads `rolling` of the particles' table.
+pub(super) fn rolling(particles: &Table<'_>, key: &'static Key) -> Option<Rolling> {
+    let table = particles.optional_table(key)?;
+    let rolling = Rolling { rolling: table.number(&ROLLING_COEFFICIENT), torsion: table.number(&TORSION) };
+    table.finish();
+    Some(rolling)
+}
+
+/// Reads `overlap-bond` of the particles' table.
+pub(super) fn overlap_bond(particles: &Table<'_>, key: &'static Key) -> Option<OverlapBond> {
+    let table = particles.optional_table(key)?;
+    let bond = OverlapBond {
+        stiffness_pa: table.number(&BOND_STIFFNESS),
+        exponent: table.number(&BOND_EXPONENT),
+        shear_stiffness_n_m3: table.number(&BOND_SHEAR),
+        strain: table.number(&BOND_STRAIN),
+    };
+    table.finish();
+    Some(bond)
 }
 
 /// Reads `drag` of the particles' table.

@@ -26,6 +26,10 @@ static TEMPERATURE_KEY: Key = Key::new(
 .or("\"300 K\"");
 static CONTACT: Key = Key::new("contact", Kind::Table(&contact::CONTACT), "Normal contact.").or_from("overlap");
 static FRICTION: Key = Key::new("friction", Kind::Table(&contact::FRICTION), "Friction.").or_from("none");
+static ROLLING: Key =
+    Key::new("rolling", Kind::Table(&contact::ROLLING), "Resistance to rolling and torsion.").or_from("none");
+static OVERLAP_BOND: Key =
+    Key::new("overlap-bond", Kind::Table(&contact::OVERLAP_BOND), "The monograph's bond.").or_from("none");
 static DRAG: Key = Key::new("drag", Kind::Table(&contact::DRAG), "Drag of the gas.").or_from("none");
 static GRAVITY: Key = Key::new("gravity", Kind::Vector(&ACCELERATION), "Gravity.").or("[0, 0, -9.81]");
 static SPIN: Key = Key::new("spin", Kind::Flag, "Whether friction makes particles spin.").or("false");
@@ -34,7 +38,7 @@ static INTEGRATOR: Key =
 static SKIN: Key = Key::new(
     "skin",
     Kind::Number(&NUMBER, Range::within(0.0, 10.0)),
-    "Skin of the neighbour list as a share of each radius. It changes the run's speed, not its result.",
+    "Skin of the neighbour list as a share of each radius. It changes the run's speed, its result only by rounding.",
 )
 .or("0.3");
 
@@ -51,6 +55,8 @@ pub(super) static SECTION: Section = Section {
         &TEMPERATURE_KEY,
         &CONTACT,
         &FRICTION,
+        &ROLLING,
+        &OVERLAP_BOND,
         &DRAG,
         &GRAVITY,
         &SPIN,
@@ -186,6 +192,8 @@ impl<'d> Bodies<'d> {
         // Everything is read before anything is given up, so that every mistake is found.
         let contact = contact::contact(&table, &CONTACT, &material);
         let friction = contact::friction(&table, &FRICTION);
+        let rolling = contact::rolling(&table, &ROLLING);
+        let bond = contact::overlap_bond(&table, &OVERLAP_BOND);
         let drag = contact::drag(&table, &DRAG);
         let (gravity_m_s2, spin, skin) = (table.vector(&GRAVITY), table.flag(&SPIN), table.number(&SKIN));
         let integrator = integrator(&table);
@@ -202,6 +210,8 @@ impl<'d> Bodies<'d> {
             reads_temperature: thermal_runs && contact.softening_rate > 0.0,
             contact,
             friction,
+            rolling,
+            bond,
             drag,
             gravity_m_s2,
             walls: walls.to_vec(),

@@ -10,7 +10,7 @@ use crate::{
     coupling::{Acceleration, FieldSettings},
     physics::{
         optics::{Model, Path, Profile},
-        particles::{ContactLaw, Integrator, Start},
+        particles::{ContactLaw, Friction, Integrator, Start},
         thermal::Conductance,
     },
 };
@@ -139,8 +139,8 @@ fn every_value_of_a_scene_reaches_its_setting() {
     assert_eq!((contact.softening_rate, contact.softening_reference_k), (1.0, 290.0));
     assert_eq!((contact.softening_floor_pa, contact.damping_n_s_m3), (1e8, 10.0));
     let friction = particles.friction.unwrap();
-    assert_eq!((friction.stiffness_n_m3, friction.static_coefficient), (1e12, 0.5));
-    assert_eq!(friction.dynamic_coefficient, 0.2);
+    let expected = Friction::Regularised { stiffness_n_m3: 1e12, static_coefficient: 0.5, dynamic_coefficient: 0.2 };
+    assert_eq!(friction, expected);
     assert_eq!(particles.drag.unwrap().velocity_m_s, [1.0, 0.0, 0.0]);
     assert_eq!((particles.gravity_m_s2, particles.spin, particles.skin), ([0.0, 0.0, -1.62], true, 0.2));
     assert_eq!(particles.integrator, Integrator::Trapezoidal { phi: 1.0, tolerance: 1e-9, iterations: 7 });
@@ -289,7 +289,7 @@ fn reference_path(path: &str) -> String {
 
 #[test]
 fn every_key_of_the_reference_is_read_and_every_value_read_is_in_it() {
-    let others: [&[(&str, &str)]; 4] = [
+    let others: [&[(&str, &str)]; 5] = [
         &[],
         &[
             ("particles.contact", "{ law = \"hertz\", young = \"1 GPa\", poisson = 0.2 }"),
@@ -300,6 +300,12 @@ fn every_key_of_the_reference_is_read_and_every_value_read_is_in_it() {
             ("optics.profile", "{ kind = \"exponential\", decay = 1e4 }"),
         ],
         &[("optics.path", "{ kind = \"fixed\", at = [0, 0, 0] }")],
+        &[
+            ("particles.contact", "{ law = \"linear\", spring = \"1e5 N/m\", restitution = 0.5 }"),
+            ("particles.friction", "{ law = \"spring\", stiffness-ratio = 0.3, damping-ratio = 0.1 }"),
+            ("particles.rolling", "{ rolling = 0.1, torsion = 0.1 }"),
+            ("particles.overlap-bond", "{ stiffness = \"1e6 Pa\", strain = 0.02 }"),
+        ],
     ];
     let read: BTreeSet<String> = others
         .iter()

@@ -62,8 +62,11 @@ pub const AREA_DAMPING: Quantity = quantity("damping per area", "N s/m^3", "1e5 
 /// A stiffness against sliding per contact area.
 pub const AREA_STIFFNESS: Quantity = quantity("stiffness per area", "N/m^3", "1e12 N/m^3", [-2, 1, -2, 0]);
 
+/// A stiffness of a spring.
+pub const SPRING_STIFFNESS: Quantity = quantity("spring stiffness", "N/m", "1e5 N/m", [0, 1, -2, 0]);
+
 /// All quantities that have a name in messages; the last five occur only as a wrong dimension.
-const NAMED: [Quantity; 20] = [
+const NAMED: [Quantity; 21] = [
     NUMBER,
     LENGTH,
     TIME,
@@ -79,6 +82,7 @@ const NAMED: [Quantity; 20] = [
     PER_LENGTH,
     AREA_DAMPING,
     AREA_STIFFNESS,
+    SPRING_STIFFNESS,
     quantity("mass", "kg", "1 kg", [0, 1, 0, 0]),
     quantity("force", "N", "1 N", [1, 1, -2, 0]),
     quantity("energy", "J", "1 J", [2, 1, -2, 0]),

@@ -90,7 +90,7 @@ fn the_ledger_closes_at_second_order() {
         settings.contact.softening_rate = 1.0;
         settings.contact.damping_n_s_m3 = 5e4;
         settings.friction =
-            Some(Friction { stiffness_n_m3: 1e16, static_coefficient: 0.02, dynamic_coefficient: 0.02 });
+            Some(Friction::Regularised { stiffness_n_m3: 1e16, static_coefficient: 0.02, dynamic_coefficient: 0.02 });
         settings.drag = Some(Drag { viscosity_pa_s: 0.5, velocity_m_s: [1.0, 0.0, 0.0] });
         settings.gravity_m_s2 = [0.0, 0.0, -9.81];
         settings.walls = vec![floor()];
@@ -146,7 +146,8 @@ fn the_same_bits_for_any_number_of_threads() {
     let cloud = cloud(20, 1.85, 0.05);
     let mut settings = settings(ContactLaw::Overlap { stiffness_pa: 1e6, exponent: 2.0 }, 1000.0, &cloud);
     settings.contact.damping_n_s_m3 = 1e3;
-    settings.friction = Some(Friction { stiffness_n_m3: 1e6, static_coefficient: 0.4, dynamic_coefficient: 0.3 });
+    settings.friction =
+        Some(Friction::Regularised { stiffness_n_m3: 1e6, static_coefficient: 0.4, dynamic_coefficient: 0.3 });
     settings.spin = true;
     let particles = Particles::new(settings).unwrap();
     let run = |threads: usize| {
@@ -168,7 +169,8 @@ fn solving_again_gives_the_same_bytes() {
         let cloud = cloud(4, 2.0, 0.3);
         let mut settings = settings(ContactLaw::Overlap { stiffness_pa: 1e6, exponent: 2.0 }, 1000.0, &cloud);
         settings.integrator = integrator;
-        settings.friction = Some(Friction { stiffness_n_m3: 1e6, static_coefficient: 0.4, dynamic_coefficient: 0.3 });
+        settings.friction =
+            Some(Friction::Regularised { stiffness_n_m3: 1e6, static_coefficient: 0.4, dynamic_coefficient: 0.3 });
         let particles = Particles::new(settings).unwrap();
         let (state, _) = run(&particles, 3, 1e-4, |_, _| ());
         let solve = |dt_s| particles.solve(&state, &Frozen::default(), Window { t_s: 3e-4, dt_s }).unwrap().1;
@@ -202,7 +204,7 @@ fn particles_at_the_same_place_part() {
             let spheres = [([0.0; 3], [0.0; 3], 1.0), ([0.0; 3], [0.0; 3], other)];
             let mut settings = settings(law, 1000.0, &spheres);
             settings.friction =
-                Some(Friction { stiffness_n_m3: 1e6, static_coefficient: 0.4, dynamic_coefficient: 0.3 });
+                Some(Friction::Regularised { stiffness_n_m3: 1e6, static_coefficient: 0.4, dynamic_coefficient: 0.3 });
             let particles = Particles::new(settings).unwrap();
             let before = energy(&particles.initial().unwrap().1, Kind::Stored);
             let (_, reply) = run(&particles, 100, 1e-3, |_, _| ());
@@ -235,7 +237,7 @@ fn a_grain_a_thousand_times_smaller_is_no_trouble() {
 fn a_window_far_too_long_is_refused_not_wrong() {
     for (integrator, dt_s) in [
         (VERLET, 1e12),
-        (Integrator::Verlet { substep_s: Some(1e3) }, 1e3),
+        (Integrator::Verlet { substep_s: Some(1e5) }, 1e5),
         (Integrator::Verlet { substep_s: Some(1e300) }, 1e300),
         (Integrator::Trapezoidal { phi: 0.5, tolerance: 1e-6, iterations: 10 }, 1e3),
         (Integrator::Trapezoidal { phi: 1.0, tolerance: 1e-6, iterations: 10 }, 1e300),

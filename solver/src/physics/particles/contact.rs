@@ -1,19 +1,34 @@
-//! What a contact does, whichever law its normal force follows.
+//! What a contact does, whichever laws its forces follow.
 
 use super::{
-    Vec3,
-    hertz::{Hertz, reduced_radius},
-    overlap::Overlap,
-    settings::{ContactLaw, Friction},
+    Vec3, hertz::Hertz, linear::Linear, monograph_bond::MonographBond, overlap::Overlap, pair_table::PairLaw,
+    rolling::resist, settings::ContactLaw,
 };
 
-/// Normal force over the modulus, and area of a contact.
+/// Stiffness over the modulus, and area of a contact.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Touch {
-    /// Elastic force over the pair's modulus, in m².
-    pub force_per_pa: f64,
+    /// Elastic force over overlap and modulus: in m where the modulus is a pressure, 1 where it is N/m.
+    pub secant: f64,
     /// Contact area A in m².
     pub area_m2: f64,
+}
+
+/// A law of the normal force: elastic force = modulus · secant(δ) · δ.
+///
+/// Kernels are compiled for each law; [`Law`] is the same at run time.
+pub(super) trait Normal: Copy + Send + Sync {
+    /// q of the force ∝ δ^{q−1} that the law tends to at small overlap.
+    fn power(self) -> f64;
+
+    /// Modulus of two particles in contact. That of a particle at a rigid wall is its own.
+    fn pair_modulus(self, modulus_i: f64, modulus_j: f64) -> f64;
+
+    /// Two particles at centre distance d with overlap δ > 0.
+    fn pair(self, overlap: f64, distance: f64, radius_i: f64, radius_j: f64) -> Touch;
+
+    /// A particle that overlaps a wall by δ > 0.
+    fn wall(self, overlap: f64, radius: f64) -> Touch;
 }
 
 /// Law of the normal force.
@@ -21,152 +36,242 @@ pub(super) struct Touch {
 pub(super) enum Law {
     Overlap(Overlap),
     Hertz(Hertz),
+    Linear(Linear),
 }
 
 impl From<ContactLaw> for Law {
     fn from(law: ContactLaw) -> Self {
         match law {
             ContactLaw::Overlap { exponent, .. } => Self::Overlap(Overlap::new(exponent)),
-            ContactLaw::Hertz { poisson, .. } => Self::Hertz(Hertz { poisson }),
+            ContactLaw::Hertz { .. } => Self::Hertz(Hertz),
+            ContactLaw::Linear { .. } => Self::Linear(Linear),
         }
     }
 }
 
+/// Calls a method of the law that is held.
+macro_rules! of_law {
+    ($law:expr, $held:ident => $call:expr) => {
+        match $law {
+            Law::Overlap($held) => $call,
+            Law::Hertz($held) => $call,
+            Law::Linear($held) => $call,
+        }
+    };
+}
+
+impl Normal for Law {
+    fn power(self) -> f64 {
+        of_law!(self, law => law.power())
+    }
+
+    fn pair_modulus(self, modulus_i: f64, modulus_j: f64) -> f64 {
+        of_law!(self, law => law.pair_modulus(modulus_i, modulus_j))
+    }
+
+    fn pair(self, overlap: f64, distance: f64, radius_i: f64, radius_j: f64) -> Touch {
+        of_law!(self, law => law.pair(overlap, distance, radius_i, radius_j))
+    }
+
+    fn wall(self, overlap: f64, radius: f64) -> Touch {
+        of_law!(self, law => law.wall(overlap, radius))
+    }
+}
+
 impl Law {
-    /// Modulus of a particle from its (softened) stiffness, in Pa.
-    #[inline]
-    pub fn modulus(self, stiffness_pa: f64) -> f64 {
-        match self {
-            Self::Overlap(_) => stiffness_pa,
-            Self::Hertz(hertz) => hertz.modulus(stiffness_pa),
-        }
-    }
-
-    /// Modulus of two particles in contact, in Pa. That of a particle at a wall is its own.
-    #[inline]
-    pub fn pair_modulus(self, modulus_i: f64, modulus_j: f64) -> f64 {
-        match self {
-            Self::Overlap(_) => 0.5 * (modulus_i + modulus_j),
-            Self::Hertz(_) => Hertz::pair_modulus(modulus_i, modulus_j),
-        }
-    }
-
-    /// Two particles at centre distance d with overlap δ > 0.
-    #[inline]
-    pub fn pair(self, overlap: f64, distance: f64, radius_i: f64, radius_j: f64) -> Touch {
-        match self {
-            Self::Overlap(law) => law.pair(overlap, distance, radius_i, radius_j),
-            Self::Hertz(_) => Hertz::pair(overlap, radius_i, radius_j),
-        }
-    }
-
-    /// A particle that overlaps a plane by δ > 0.
-    #[inline]
-    pub fn wall(self, overlap: f64, radius: f64) -> Touch {
-        match self {
-            Self::Overlap(law) => law.wall(overlap, radius),
-            Self::Hertz(_) => Hertz::wall(overlap, radius),
-        }
-    }
-
-    /// Elastic energy of two particles over their modulus, in m³.
+    /// Elastic energy of two particles over their modulus: in m³, or m² where the modulus is N/m.
     pub fn pair_energy(self, overlap: f64, radius_i: f64, radius_j: f64) -> f64 {
         match self {
             Self::Overlap(law) => law.pair_energy(overlap, radius_i, radius_j),
             Self::Hertz(_) => Hertz::pair_energy(overlap, radius_i, radius_j),
+            Self::Linear(_) => 0.5 * overlap * overlap,
         }
     }
 
-    /// Elastic energy of a particle at a plane over its modulus, in m³.
+    /// Elastic energy of a particle at a wall over its modulus, likewise.
     pub fn wall_energy(self, overlap: f64, radius: f64) -> f64 {
         match self {
             Self::Overlap(law) => law.wall_energy(overlap, radius),
             Self::Hertz(_) => Hertz::wall_energy(overlap, radius),
+            Self::Linear(_) => 0.5 * overlap * overlap,
         }
     }
 
     /// c and q of the force c E* δ^{q−1} that the law tends to at small overlap, for two particles.
     pub fn small_pair(self, radius_i: f64, radius_j: f64) -> (f64, f64) {
-        self.small(reduced_radius(radius_i, radius_j), radius_i + radius_j)
+        self.small(reduced(radius_i, radius_j), radius_i + radius_j)
     }
 
-    /// The same for a particle at a plane.
+    /// The same for a particle at a wall.
     pub fn small_wall(self, radius: f64) -> (f64, f64) {
         self.small(radius, radius)
     }
 
     fn small(self, reduced_radius: f64, length: f64) -> (f64, f64) {
-        match self {
+        let c = match self {
             // A → 2π R* δ.
-            Self::Overlap(law) => {
-                let p = law.exponent();
-                (std::f64::consts::TAU * reduced_radius / length.powf(p), p + 2.0)
-            }
-            Self::Hertz(_) => (4.0 / 3.0 * reduced_radius.sqrt(), 2.5),
-        }
+            Self::Overlap(law) => std::f64::consts::TAU * reduced_radius / length.powf(law.exponent()),
+            Self::Hertz(_) => 4.0 / 3.0 * reduced_radius.sqrt(),
+            Self::Linear(_) => 1.0,
+        };
+        (c, self.power())
     }
 }
 
-/// Everything of a contact but its normal law: damping, friction, and whether particles spin.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Surface {
-    /// Normal damping c_cd, in N s/m³.
-    pub damping_n_s_m3: f64,
-    /// Tangential law.
-    pub friction: Option<Friction>,
-    /// Whether spin moves the contact point.
-    pub spin: bool,
+/// a b/(a + b) of two positive numbers: reduced mass, reduced radius.
+#[inline(always)]
+pub(super) fn reduced(a: f64, b: f64) -> f64 {
+    a * b / (a + b)
 }
 
-/// Force, moment and dissipation of one contact.
+/// A tangential law: the force on a particle whose partner slides past it.
+///
+/// Kernels are compiled for each law.
+pub(super) trait Tangential: Copy + Send + Sync {
+    /// Whether it has a force at all.
+    const ACTS: bool;
+    /// Whether a contact remembers a spring.
+    const REMEMBERS: bool;
+
+    /// Tangential force on i in N, where its partner's contact point moves at `sliding` (in m/s, normal to n) past its own.
+    ///
+    /// `spring` is the contact's tangential displacement in m, which the law turns into the plane of contact and advances.
+    fn force(self, law: &PairLaw, slip: &Slip, spring: &mut Vec3) -> Vec3;
+}
+
+/// What a tangential law sees.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Slip {
+    /// Velocity of the partner's contact point past that of i, normal to n, in m/s.
+    pub velocity: Vec3,
+    /// n.
+    pub normal: Vec3,
+    /// A in m².
+    pub area_m2: f64,
+    /// Elastic normal force, in N.
+    pub elastic_n: f64,
+    /// Elastic and damping force together, in N; not negative.
+    pub pressing_n: f64,
+    /// Elastic force over overlap, in N/m.
+    pub secant_n_m: f64,
+    /// √(m* secant), in kg/s.
+    pub impedance_kg_s: f64,
+    /// Δt in s.
+    pub step_s: f64,
+}
+
+/// What all contacts of a scene have in common beside their laws.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Surface {
+    /// Whether spin moves the contact point.
+    pub spin: bool,
+    /// Whether some pair resists rolling or torsion.
+    pub rolls: bool,
+    /// The monograph's bond.
+    pub bond: Option<MonographBond>,
+}
+
+/// Two bodies that touch; quantities are of the partner relative to i.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Meeting {
+    /// n, from i to its partner.
+    pub normal: Vec3,
+    /// δ in m.
+    pub overlap: f64,
+    /// Overlap strain E.
+    pub strain: f64,
+    pub touch: Touch,
+    /// Pa, or N/m for the linear law.
+    pub modulus: f64,
+    /// m* in kg.
+    pub reduced_mass: f64,
+    /// v_j − v_i in m/s.
+    pub velocity: Vec3,
+    /// R_i ω_i + R_j ω_j in m/s.
+    pub rolling: Vec3,
+    /// ω_j − ω_i in rad/s.
+    pub turning: Vec3,
+    /// Reduced moment of inertia, in kg m²; only where some pair rolls.
+    pub reduced_inertia: f64,
+}
+
+/// Force, moments and dissipation of one contact.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Response {
     /// Force on particle i, in N; the partner feels the opposite.
     pub force: Vec3,
     /// n × tangential force, in N: the moment on either particle is this times its radius.
     pub couple: Vec3,
+    /// Moment against rolling and torsion on particle i, in N m; the partner feels the opposite.
+    pub resistance: Vec3,
     /// Power lost to normal damping, in W.
     pub damping_w: f64,
-    /// Power lost to friction, in W.
+    /// Power that goes into the tangential force, in W: lost to friction, or held in its spring.
     pub friction_w: f64,
+    /// Power lost to rolling and torsion, in W.
+    pub rolling_w: f64,
 }
 
 impl Surface {
-    /// Particle i and a partner in the direction `normal`, which moves at `velocity` relative to i.
+    /// The contact of a particle i with a partner.
     ///
-    /// Damping c_cd A (v_nj − v_ni) (Zohdi 2018, eq. 6.10). `rolling` is R_i ω_i + R_j ω_j: the contact points move at
-    /// v + ω × (R n), so their relative velocity is that of the centres less `rolling` × n.
-    #[inline]
-    pub fn respond(
+    /// Normal damping is c_cd A (v_nj − v_ni) (Zohdi 2018, eq. 6.10) plus, where a restitution is set, ζ√(2q) √(m* F/δ)
+    /// times the same velocity, which gives every impact speed that restitution (Antypov & Elliott 2011 for Hertz).
+    /// `rolling` is R_i ω_i + R_j ω_j: the contact points move at v + ω × (R n), so their relative velocity is that of the
+    /// centres less `rolling` × n.
+    #[inline(always)]
+    pub fn respond<T: Tangential>(
         &self,
-        normal: &Vec3,
-        velocity: &Vec3,
-        rolling: &Vec3,
-        elastic_n: f64,
-        area_m2: f64,
+        tangential: T,
+        law: &PairLaw,
+        meeting: &Meeting,
         step_s: f64,
+        spring: &mut Vec3,
     ) -> Response {
+        let Meeting { normal, touch, velocity, .. } = meeting;
+        let secant_n_m = meeting.modulus * touch.secant;
+        let elastic_n = secant_n_m * meeting.overlap;
         let opening = velocity.dot(normal);
-        let damping_n = self.damping_n_s_m3 * area_m2 * opening;
+        let impedance_kg_s = if law.has_impedance { (meeting.reduced_mass * secant_n_m).sqrt() } else { 0.0 };
+        let damping_n = (law.damping_n_s_m3 * touch.area_m2 + law.restitution * impedance_kg_s) * opening;
         let mut response = Response {
             force: normal * (damping_n - elastic_n),
             couple: Vec3::zeros(),
+            resistance: Vec3::zeros(),
             damping_w: damping_n * opening,
             friction_w: 0.0,
+            rolling_w: 0.0,
         };
-        if let Some(friction) = &self.friction {
+        if T::ACTS || self.bond.is_some() {
             let mut sliding = velocity - normal * opening;
             if self.spin {
-                sliding -= rolling.cross(normal);
+                sliding -= meeting.rolling.cross(normal);
             }
-            let speed = sliding.norm();
-            if speed > 0.0 {
-                let magnitude = friction.force(speed, area_m2, elastic_n, step_s);
-                let tangential = sliding * (magnitude / speed);
-                response.force += tangential;
-                response.couple = normal.cross(&tangential);
-                response.friction_w = magnitude * speed;
+            let slip = Slip {
+                velocity: sliding,
+                normal: *normal,
+                area_m2: touch.area_m2,
+                elastic_n,
+                pressing_n: (elastic_n - damping_n).max(0.0),
+                secant_n_m,
+                impedance_kg_s,
+                step_s,
+            };
+            let mut along = tangential.force(law, &slip, spring);
+            if let Some(bond) = &self.bond
+                && let Some(attraction_n) = bond.attraction(meeting.strain, touch.area_m2)
+            {
+                response.force += normal * attraction_n;
+                along += bond.shear(&slip);
             }
+            response.force += along;
+            response.couple = normal.cross(&along);
+            response.friction_w = along.dot(&sliding);
+        }
+        if self.rolls {
+            let resistance = resist(law, meeting, elastic_n, step_s);
+            response.rolling_w = resistance.dot(&meeting.turning);
+            response.resistance = resistance;
         }
         response
     }

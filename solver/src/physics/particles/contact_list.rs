@@ -6,7 +6,10 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use stagger_messages::{Field, Measure, MessageError, Port};
 
-use super::{PARALLEL_ITEMS, Particles, Vec3, neighbours::NeighbourList};
+use super::{
+    PARALLEL_PARTICLES, Particles, Vec3, blocks::Block, bodies::Bodies, contact::Normal as _, lists::Lists,
+    pair_table::PairLaw, springs::Springs,
+};
 
 /// Ports of one list of contacts: indices, area, distance.
 #[derive(Debug)]
@@ -46,7 +49,9 @@ impl ContactPorts {
             area: Field::new(&self.area, revision, areas)?,
             distance: Field::new(&self.distance, revision, distances)?,
             pairs,
-            energy_per_pa: found.iter().map(|contact| contact.energy_per_pa).collect(),
+            energy_per_modulus: found.iter().map(|contact| contact.energy_per_modulus).collect(),
+            bonds_j: found.iter().map(|contact| contact.other_j[0]).sum(),
+            springs_j: found.iter().map(|contact| contact.other_j[1]).sum(),
             deepest: found.iter().fold(0.0, |deepest, contact| contact.relative_overlap.max(deepest)),
         })
     }
@@ -55,11 +60,16 @@ impl ContactPorts {
 /// One contact.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Found {
+    /// Rows of the particles, or of the particle and the wall.
     pair: [u32; 2],
     area_m2: f64,
     distance_m: f64,
-    energy_per_pa: f64,
+    energy_per_modulus: f64,
+    /// Energy of the bond and of the tangential spring, in J.
+    other_j: [f64; 2],
     relative_overlap: f64,
+    /// Stiffness of the contact, as its particles' motion feels it, in N/m.
+    stiffness_n_m: f64,
 }
 
 /// A list of contacts at one instant.
@@ -68,8 +78,12 @@ pub(super) struct ContactList {
     pub pairs: Field,
     pub area: Field,
     pub distance: Field,
-    /// Elastic energy over the contact's modulus, in m³.
-    pub energy_per_pa: Vec<f64>,
+    /// Elastic energy over the contact's modulus, in m³ (m² for the linear law).
+    pub energy_per_modulus: Vec<f64>,
+    /// Potential of the bonds, in J.
+    pub bonds_j: f64,
+    /// Energy of the tangential springs, in J.
+    pub springs_j: f64,
     /// Largest overlap over the smaller radius.
     pub deepest: f64,
 }
@@ -79,59 +93,128 @@ impl ContactList {
         [&self.pairs, &self.area, &self.distance]
     }
 
-    /// Σ energy, each contact's energy per modulus times `modulus(row)`, in J.
+    /// Σ energy, each contact's energy per modulus times `modulus(pair)`, in J; without bonds and springs.
     pub fn energy(&self, modulus: impl Fn([u32; 2]) -> f64) -> Result<f64, MessageError> {
         let pairs = self.pairs.u32()?.as_chunks::<2>().0;
-        Ok(pairs.iter().zip(&self.energy_per_pa).map(|(&pair, energy)| energy * modulus(pair)).sum())
+        Ok(pairs.iter().zip(&self.energy_per_modulus).map(|(&pair, energy)| energy * modulus(pair)).sum())
     }
 }
 
+/// Where the contacts of an instant are looked for; in memory order.
+#[derive(Clone, Copy)]
+pub(super) struct Snapshot<'a> {
+    pub bodies: &'a Bodies,
+    pub positions: &'a [Vec3],
+    pub moduli: &'a [f64],
+    pub lists: &'a Lists,
+    pub springs: &'a [Springs],
+}
+
 impl Particles {
-    /// Contacts between particles, in the order of the neighbour list, which must hold at `positions`.
-    pub(super) fn find_contacts(&self, neighbours: &NeighbourList, positions: &[Vec3]) -> Vec<Found> {
-        let find = |&pair: &[u32; 2]| {
-            let [i, j] = pair.map(|index| index as usize);
-            let (radius_i, radius_j) = (self.radii[i], self.radii[j]);
-            let sum = radius_i + radius_j;
-            let distance_squared = (positions[j] - positions[i]).norm_squared();
-            (distance_squared < sum * sum).then(|| {
-                let distance_m = distance_squared.sqrt();
-                let overlap = sum - distance_m;
-                Found {
-                    pair,
-                    area_m2: self.law.pair(overlap, distance_m, radius_i, radius_j).area_m2,
-                    distance_m,
-                    energy_per_pa: self.law.pair_energy(overlap, radius_i, radius_j),
-                    relative_overlap: overlap / radius_i.min(radius_j),
-                }
-            })
+    /// Contacts between particles, in the order of the lists, which must hold.
+    pub(super) fn find_contacts(&self, at: Snapshot<'_>) -> Vec<Found> {
+        let Snapshot { bodies, positions, moduli, lists, .. } = at;
+        let of_block = |(index, block): (usize, &Block)| -> Vec<Found> {
+            let find = |(entry, [i, j]): (usize, [u32; 2])| {
+                let (i, j) = (i as usize, j as usize);
+                let (radius_i, radius_j) = (bodies.radii[i], bodies.radii[j]);
+                let sum = radius_i + radius_j;
+                let distance_squared = (positions[j] - positions[i]).norm_squared();
+                (distance_squared < sum * sum).then(|| {
+                    let distance_m = distance_squared.sqrt();
+                    let overlap = sum - distance_m;
+                    let touch = self.law.pair(overlap, distance_m, radius_i, radius_j);
+                    let secant_n_m = self.law.pair_modulus(moduli[i], moduli[j]) * touch.secant;
+                    let pair = self.table.get(bodies.materials[i], bodies.materials[j]);
+                    let bond = self.surface.bond.map_or(0.0, |bond| {
+                        bond.energy(overlap, sum, |depth| self.law.pair(depth, sum - depth, radius_i, radius_j).area_m2)
+                    });
+                    let spring = self.remembers().then(|| at.springs[index].pair(entry));
+                    let (row_i, row_j) = (bodies.rows[i], bodies.rows[j]);
+                    Found {
+                        pair: [row_i.min(row_j), row_i.max(row_j)],
+                        area_m2: touch.area_m2,
+                        distance_m,
+                        energy_per_modulus: self.law.pair_energy(overlap, radius_i, radius_j),
+                        other_j: [bond, spring_energy(pair, secant_n_m, spring)],
+                        relative_overlap: overlap / radius_i.min(radius_j),
+                        stiffness_n_m: self.stiffness(pair, secant_n_m),
+                    }
+                })
+            };
+            block.pairs().enumerate().filter_map(find).collect()
         };
-        if neighbours.pairs.len() > PARALLEL_ITEMS {
-            neighbours.pairs.par_iter().filter_map(find).collect()
+        let blocks = &lists.pairs.blocks;
+        let found: Vec<Vec<Found>> = if positions.len() > PARALLEL_PARTICLES {
+            blocks.par_iter().enumerate().map(of_block).collect()
         } else {
-            neighbours.pairs.iter().filter_map(find).collect()
-        }
+            blocks.iter().enumerate().map(of_block).collect()
+        };
+        found.concat()
     }
 
-    /// Contacts with walls, by particle, then wall; a particle in a corner of one wall has a row for each plane.
-    pub(super) fn find_wall_contacts(&self, positions: &[Vec3]) -> Vec<Found> {
+    /// Contacts with walls, in the order of the lists, which must hold; a particle in a corner of one wall has a row for
+    /// each plane.
+    pub(super) fn find_wall_contacts(&self, at: Snapshot<'_>) -> Vec<Found> {
         let mut found = Vec::new();
-        for (i, position) in positions.iter().enumerate() {
-            let radius = self.radii[i];
-            for plane in &self.planes {
-                let distance = plane.distance(position);
+        for (block, walls, springs) in at.lists.blocks(at.springs) {
+            for (entry, wall) in walls.iter().enumerate() {
+                let i = (block.first + wall.particle) as usize;
+                let radius = at.bodies.radii[i];
+                let plane = &self.planes[wall.plane as usize];
+                let distance = plane.distance(&at.positions[i]);
                 let overlap = radius - distance;
-                if overlap > 0.0 {
-                    found.push(Found {
-                        pair: [i as u32, plane.wall],
-                        area_m2: self.law.wall(overlap, radius).area_m2,
-                        distance_m: distance.abs(),
-                        energy_per_pa: self.law.wall_energy(overlap, radius),
-                        relative_overlap: overlap / radius,
-                    });
+                if overlap <= 0.0 {
+                    continue;
                 }
+                let touch = self.law.wall(overlap, radius);
+                let secant_n_m = at.moduli[i] * touch.secant;
+                let pair = self.table.get(at.bodies.materials[i], at.bodies.materials[i]);
+                let bond = self
+                    .surface
+                    .bond
+                    .map_or(0.0, |bond| bond.energy(overlap, radius, |depth| self.law.wall(depth, radius).area_m2));
+                let spring = self.remembers().then(|| springs.wall(entry));
+                found.push(Found {
+                    pair: [at.bodies.rows[i], plane.wall],
+                    area_m2: touch.area_m2,
+                    distance_m: distance.abs(),
+                    energy_per_modulus: self.law.wall_energy(overlap, radius),
+                    other_j: [bond, spring_energy(pair, secant_n_m, spring)],
+                    relative_overlap: overlap / radius,
+                    stiffness_n_m: self.stiffness(pair, secant_n_m),
+                });
             }
         }
         found
     }
+
+    /// Stiffness that limits the step: of pressing, or of sliding where a particle's spin makes it yield more, by
+    /// 1/m + R²/I = 7/(2m).
+    fn stiffness(&self, pair: &PairLaw, secant_n_m: f64) -> f64 {
+        let sliding = pair.tangential * if self.surface.spin { 3.5 } else { 1.0 };
+        secant_n_m * (self.law.power() - 1.0).max(sliding)
+    }
+
+    /// Largest stable step of velocity Verlet, 2/ω, in s; ω² is bounded by the largest sum of 2k/m at a particle
+    /// (Gershgorin), which for two particles alone is k/m*. Infinite without contacts.
+    pub(super) fn critical_step(&self, bodies: &Bodies, contacts: &[Found], wall_contacts: &[Found]) -> f64 {
+        let mut sums = vec![0.0; bodies.len()];
+        for contact in contacts {
+            for row in contact.pair {
+                sums[row as usize] += 2.0 * contact.stiffness_n_m;
+            }
+        }
+        for contact in wall_contacts {
+            sums[contact.pair[0] as usize] += contact.stiffness_n_m;
+        }
+        let rates = bodies.rows.iter().zip(&bodies.masses).map(|(&row, mass)| sums[row as usize] / mass);
+        let largest = rates.fold(0.0f64, f64::max);
+        if largest > 0.0 { 2.0 / largest.sqrt() } else { f64::INFINITY }
+    }
+}
+
+/// ½ k_t ξ², in J.
+fn spring_energy(pair: &PairLaw, secant_n_m: f64, spring: Option<&Vec3>) -> f64 {
+    spring.map_or(0.0, |spring| 0.5 * pair.tangential * secant_n_m * spring.norm_squared())
 }

@@ -1,52 +1,49 @@
 //! All forces on all particles.
-//!
-//! Work is cut into chunks of fixed size, each summed in order, and the chunks are added in order: the result does not
-//! depend on how many threads share them.
 
 use std::sync::Arc;
 
 use rayon::prelude::*;
 
 use super::{
-    PARALLEL_ITEMS, Particles, Vec3,
-    neighbours::NeighbourList,
-    state::{Dissipation, Forces},
+    PARALLEL_PARTICLES, Particles, Vec3,
+    blocks::BLOCK,
+    kernel::{Bed, Body, Load, Place},
+    lists::Lists,
+    springs::Springs,
+    state::{Advanced, Dissipation, Forces, Motion, State},
 };
+use crate::SolveError;
 
-/// Particles or listed pairs a chunk.
-const CHUNK: usize = 4096;
-
-/// Frozen temperatures of the particles at the window's start and end, in K.
-#[derive(Clone, Copy)]
-pub(super) struct Heat<'a> {
-    pub start_k: &'a [f64],
-    pub end_k: &'a [f64],
+/// Frozen temperatures of the particles at the window's start and end, in K, in memory order.
+pub(super) struct Heat {
+    pub start_k: Vec<f64>,
+    pub end_k: Vec<f64>,
 }
 
 /// Evaluates forces; owns the scratch memory of one solve.
 pub(super) struct Evaluator<'a> {
     particles: &'a Particles,
-    heat: Option<Heat<'a>>,
-    /// Moduli at the last evaluation, in Pa.
-    pub moduli: Vec<f64>,
-    /// The list at the last evaluation.
-    pub neighbours: Arc<NeighbourList>,
-    pub evaluations: u32,
-    chunks: Vec<Chunk>,
-    bodies: Vec<Dissipation>,
+    heat: Option<&'a Heat>,
+    radii: &'a [f64],
+    materials: &'a [u16],
+    /// Moduli at the last evaluation.
+    moduli: Vec<f64>,
+    /// The lists at the last evaluation.
+    lists: Arc<Lists>,
+    /// Springs of the contacts, block by block: each evaluation advances them by its step.
+    pub springs: Vec<Springs>,
+    evaluations: u32,
+    builds: u32,
+    places: Vec<Place>,
+    bodies: Vec<Body>,
+    scratch: Vec<Scratch>,
 }
 
+/// What a block computes before it is added to the others.
 #[derive(Default)]
-struct Chunk {
-    contacts: Vec<PairForce>,
+struct Scratch {
+    loads: Vec<Load>,
     dissipation: Dissipation,
-}
-
-struct PairForce {
-    i: u32,
-    j: u32,
-    force: Vec3,
-    couple: Vec3,
 }
 
 /// Positions, velocities and spins that forces are evaluated at.
@@ -62,157 +59,167 @@ pub(super) struct At<'a> {
 }
 
 impl<'a> Evaluator<'a> {
-    /// `moduli` are those at the window's start; without `heat` they stay.
-    pub fn new(
-        particles: &'a Particles,
-        heat: Option<Heat<'a>>,
-        moduli: Vec<f64>,
-        neighbours: Arc<NeighbourList>,
-    ) -> Self {
-        Self { particles, heat, moduli, neighbours, evaluations: 0, chunks: Vec::new(), bodies: Vec::new() }
+    /// Starts from what `state` holds; without `heat` its moduli stay.
+    pub fn new(particles: &'a Particles, state: &'a State, heat: Option<&'a Heat>) -> Self {
+        let bodies = (state.bodies.masses.iter().zip(&state.moduli))
+            .map(|(&mass, &modulus)| Body { velocity: Vec3::zeros(), mass, spin: Vec3::zeros(), modulus })
+            .collect();
+        let places = (state.motion.positions.iter().zip(&state.bodies.radii))
+            .map(|(&position, &radius)| Place { position, radius })
+            .collect();
+        Self {
+            particles,
+            heat,
+            radii: &state.bodies.radii,
+            materials: &state.bodies.materials,
+            moduli: state.moduli.clone(),
+            lists: Arc::clone(&state.lists),
+            springs: state.springs.clone(),
+            evaluations: 0,
+            builds: 0,
+            places,
+            bodies,
+            scratch: Vec::new(),
+        }
     }
 
-    /// Builds the neighbour list anew where a particle has moved half its skin.
-    pub fn refresh(&mut self, positions: &[Vec3]) {
-        let (radii, skin) = (&self.particles.radii, self.particles.settings.skin);
-        if !self.neighbours.holds(positions, radii, skin) {
-            self.neighbours = Arc::new(NeighbourList::build(positions, radii, skin));
+    /// Builds the lists anew where a particle has moved half its skin.
+    ///
+    /// # Errors
+    /// [`Lists::build`]'s.
+    pub fn refresh(&mut self, positions: &[Vec3]) -> Result<(), SolveError> {
+        if self.lists.hold(positions, self.radii, self.particles.settings.skin) {
+            return Ok(());
         }
+        let lists = Lists::build(self.particles, positions, self.radii)?;
+        if self.particles.remembers() {
+            self.springs = self.lists.hand_over(&self.springs, &lists, Some);
+        } else {
+            self.springs = lists.no_springs();
+        }
+        self.lists = Arc::new(lists);
+        self.builds += 1;
+        Ok(())
     }
 
     /// Forces, moments and dissipation at one instant.
-    pub fn evaluate(&mut self, at: At<'_>, forces: &mut Forces) {
+    ///
+    /// # Errors
+    /// [`Lists::build`]'s.
+    pub fn evaluate(&mut self, at: At<'_>, forces: &mut Forces) -> Result<(), SolveError> {
         self.evaluations += 1;
-        self.refresh(at.positions);
+        self.refresh(at.positions)?;
         if let Some(heat) = self.heat {
-            self.particles.soften(heat, at.fraction, &mut self.moduli);
+            self.particles.soften(heat, self.materials, at.fraction, &mut self.moduli);
         }
+        self.pack(at);
+        self.blocks(at.step_s);
+        self.gather(forces);
         forces.step_s = at.step_s;
-        forces.dissipation = Dissipation::default();
-        self.bodies(at, forces);
-        self.pairs(at, forces);
+        Ok(())
     }
 
-    /// Gravity, drag and walls: writes every particle's force.
-    fn bodies(&mut self, at: At<'_>, forces: &mut Forces) {
-        let mut dissipations = std::mem::take(&mut self.bodies);
-        let Forces { force, moment, .. } = forces;
-        if force.len() > PARALLEL_ITEMS {
-            (force.par_chunks_mut(CHUNK).zip(moment.par_chunks_mut(CHUNK)).enumerate())
-                .map(|(chunk, (force, moment))| self.body_chunk(at, chunk * CHUNK, force, moment))
-                .collect_into_vec(&mut dissipations);
-        } else {
-            dissipations.clear();
-            let chunks = force.chunks_mut(CHUNK).zip(moment.chunks_mut(CHUNK)).enumerate();
-            dissipations
-                .extend(chunks.map(|(chunk, (force, moment))| self.body_chunk(at, chunk * CHUNK, force, moment)));
-        }
-        for &dissipation in &dissipations {
-            forces.dissipation += dissipation;
-        }
-        self.bodies = dissipations;
+    /// What has come of the window.
+    pub fn end(
+        self,
+        motion: Motion,
+        forces: Forces,
+        dissipated: Dissipation,
+        substeps: u32,
+        substep_s: f64,
+    ) -> Advanced {
+        let Self { moduli, lists, builds, springs, evaluations, .. } = self;
+        Advanced { motion, forces, moduli, lists, builds, springs, dissipated, substeps, substep_s, evaluations }
     }
 
-    fn body_chunk(&self, at: At<'_>, first: usize, force: &mut [Vec3], moment: &mut [Vec3]) -> Dissipation {
-        let Particles { settings, surface, law, planes, gravity, .. } = self.particles;
-        let mut lost = Dissipation::default();
-        for (k, (force, moment)) in force.iter_mut().zip(moment).enumerate() {
-            let i = first + k;
-            let (position, velocity) = (&at.positions[i], &at.velocities[i]);
-            let radius = self.particles.radii[i];
-            *force = gravity * self.particles.masses[i];
-            *moment = Vec3::zeros();
-            if let Some(drag) = &settings.drag {
-                let drag = drag.force(radius, velocity);
-                *force += drag;
-                lost.drag -= drag.dot(velocity);
+    /// Puts together what a contact reads together.
+    fn pack(&mut self, at: At<'_>) {
+        let moduli = &self.moduli;
+        let pack = |(chunk, (places, bodies)): (usize, (&mut [Place], &mut [Body]))| {
+            let first = chunk * BLOCK;
+            for (k, (place, body)) in places.iter_mut().zip(bodies).enumerate() {
+                let i = first + k;
+                place.position = at.positions[i];
+                (body.velocity, body.spin, body.modulus) = (at.velocities[i], at.spins[i], moduli[i]);
             }
-            for plane in planes {
-                let overlap = radius - plane.distance(position);
-                if overlap <= 0.0 {
-                    continue;
+        };
+        if self.places.len() > PARALLEL_PARTICLES {
+            self.places.par_chunks_mut(BLOCK).zip(self.bodies.par_chunks_mut(BLOCK)).enumerate().for_each(pack);
+        } else {
+            self.places.chunks_mut(BLOCK).zip(self.bodies.chunks_mut(BLOCK)).enumerate().for_each(pack);
+        }
+    }
+
+    /// Loads of every block on its own particles and its halo.
+    fn blocks(&mut self, step_s: f64) {
+        let bed = Bed {
+            particles: self.particles,
+            places: &self.places,
+            bodies: &self.bodies,
+            materials: self.materials,
+            step_s,
+        };
+        let lists = &self.lists;
+        self.scratch.resize_with(lists.pairs.blocks.len(), Scratch::default);
+        let work = |(index, (scratch, springs)): (usize, (&mut Scratch, &mut Springs))| {
+            let block = &lists.pairs.blocks[index];
+            scratch.loads.clear();
+            scratch.loads.resize(block.len() + block.halo.len(), Load::none());
+            scratch.dissipation = bed.fields(block.range(), &mut scratch.loads);
+            scratch.dissipation += bed.contacts(block, &lists.walls[index], springs, &mut scratch.loads);
+        };
+        if self.places.len() > PARALLEL_PARTICLES {
+            self.scratch.par_iter_mut().zip(&mut self.springs).enumerate().for_each(work);
+        } else {
+            self.scratch.iter_mut().zip(&mut self.springs).enumerate().for_each(work);
+        }
+    }
+
+    /// Adds the blocks' loads, the halos in the order of their blocks.
+    fn gather(&mut self, forces: &mut Forces) {
+        let (scratch, blocks) = (&self.scratch, &self.lists.pairs.blocks);
+        let add = |(index, (force, moment)): (usize, (&mut [Vec3], &mut [Vec3]))| {
+            let own = &scratch[index].loads[..force.len()];
+            for ((force, moment), load) in force.iter_mut().zip(moment.iter_mut()).zip(own) {
+                (*force, *moment) = (load.force, load.moment);
+            }
+            for (source, range) in &blocks[index].incoming {
+                let source = *source as usize;
+                let loads = &scratch[source].loads[blocks[source].len()..];
+                for entry in range.start as usize..range.end as usize {
+                    let k = blocks[source].halo[entry] as usize - index * BLOCK;
+                    force[k] += loads[entry].force;
+                    moment[k] += loads[entry].moment;
                 }
-                let touch = law.wall(overlap, radius);
-                let response = surface.respond(
-                    &-plane.normal,
-                    &-velocity,
-                    &(at.spins[i] * radius),
-                    self.moduli[i] * touch.force_per_pa,
-                    touch.area_m2,
-                    at.step_s,
-                );
-                *force += response.force;
-                *moment += response.couple * radius;
-                lost.contact_damping += response.damping_w;
-                lost.friction += response.friction_w;
+            }
+        };
+        let Forces { force, moment, .. } = forces;
+        if force.len() > PARALLEL_PARTICLES {
+            force.par_chunks_mut(BLOCK).zip(moment.par_chunks_mut(BLOCK)).enumerate().for_each(add);
+        } else {
+            force.chunks_mut(BLOCK).zip(moment.chunks_mut(BLOCK)).enumerate().for_each(add);
+        }
+        forces.dissipation = Dissipation::default();
+        for scratch in &self.scratch {
+            forces.dissipation += scratch.dissipation;
+        }
+    }
+}
+
+impl Bed<'_> {
+    /// Gravity and drag on the particles of a block.
+    fn fields(self, range: std::ops::Range<usize>, loads: &mut [Load]) -> Dissipation {
+        let Particles { settings, gravity, .. } = self.particles;
+        let mut lost = Dissipation::default();
+        for (i, load) in range.zip(loads) {
+            let (place, body) = (&self.places[i], &self.bodies[i]);
+            load.force = gravity * body.mass;
+            if let Some(drag) = &settings.drag {
+                let drag = drag.force(place.radius, &body.velocity);
+                load.force += drag;
+                lost.drag -= drag.dot(&body.velocity);
             }
         }
         lost
     }
-
-    /// Contacts between particles: found chunk by chunk, then added in the order of the list.
-    fn pairs(&mut self, at: At<'_>, forces: &mut Forces) {
-        let mut chunks = std::mem::take(&mut self.chunks);
-        let pairs = &self.neighbours.pairs;
-        chunks.resize_with(pairs.len().div_ceil(CHUNK), Chunk::default);
-        if pairs.len() > PARALLEL_ITEMS {
-            let work = chunks.par_iter_mut().zip(pairs.par_chunks(CHUNK));
-            work.for_each(|(chunk, pairs)| self.pair_chunk(at, pairs, chunk));
-        } else {
-            let work = chunks.iter_mut().zip(pairs.chunks(CHUNK));
-            work.for_each(|(chunk, pairs)| self.pair_chunk(at, pairs, chunk));
-        }
-        let spin = self.particles.settings.spin;
-        for chunk in &chunks {
-            forces.dissipation += chunk.dissipation;
-            for contact in &chunk.contacts {
-                let (i, j) = (contact.i as usize, contact.j as usize);
-                forces.force[i] += contact.force;
-                forces.force[j] -= contact.force;
-                if spin {
-                    // Both particles are turned the same way: arm and force change sign together.
-                    forces.moment[i] += contact.couple * self.particles.radii[i];
-                    forces.moment[j] += contact.couple * self.particles.radii[j];
-                }
-            }
-        }
-        self.chunks = chunks;
-    }
-
-    fn pair_chunk(&self, at: At<'_>, pairs: &[[u32; 2]], chunk: &mut Chunk) {
-        let Particles { surface, law, radii, .. } = self.particles;
-        chunk.contacts.clear();
-        let mut lost = Dissipation::default();
-        for &[index_i, index_j] in pairs {
-            let (i, j) = (index_i as usize, index_j as usize);
-            let between = at.positions[j] - at.positions[i];
-            let (radius_i, radius_j) = (radii[i], radii[j]);
-            let sum = radius_i + radius_j;
-            let distance_squared = between.norm_squared();
-            if distance_squared >= sum * sum {
-                continue;
-            }
-            let distance = distance_squared.sqrt();
-            let touch = law.pair(sum - distance, distance, radius_i, radius_j);
-            let rolling = at.spins[i] * radius_i + at.spins[j] * radius_j;
-            let response = surface.respond(
-                &normal(&between, distance),
-                &(at.velocities[j] - at.velocities[i]),
-                &rolling,
-                law.pair_modulus(self.moduli[i], self.moduli[j]) * touch.force_per_pa,
-                touch.area_m2,
-                at.step_s,
-            );
-            lost.contact_damping += response.damping_w;
-            lost.friction += response.friction_w;
-            chunk.contacts.push(PairForce { i: index_i, j: index_j, force: response.force, couple: response.couple });
-        }
-        chunk.dissipation = lost;
-    }
-}
-
-/// n_ij; particles at the same place have none, and are parted along z.
-#[inline]
-fn normal(between: &Vec3, distance: f64) -> Vec3 {
-    if distance > 0.0 { between / distance } else { Vec3::z() }
 }

@@ -1,62 +1,60 @@
 use std::f64::consts::PI;
 
-use super::contact::Touch;
+use super::contact::{Normal, Touch, reduced};
 
 /// Hertz's law of elastic spheres, 4/3 √R* E* δ^{3/2} with a² = R* δ (Hertz 1882; Zohdi 2018, eqs. 6.58–6.59).
 ///
 /// Its modulus of a particle is E/(1−ν²), that of a pair 1/E* = (1−ν_i²)/E_i + (1−ν_j²)/E_j.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Hertz {
-    /// Poisson's ratio ν.
-    pub poisson: f64,
-}
+pub(super) struct Hertz;
 
-impl Hertz {
-    /// E/(1−ν²), in Pa.
-    pub fn modulus(self, young_pa: f64) -> f64 {
-        young_pa / (1.0 - self.poisson * self.poisson)
+impl Normal for Hertz {
+    #[inline(always)]
+    fn power(self) -> f64 {
+        2.5
     }
 
     /// E* of two particles, in Pa; zero where both have softened to nothing.
-    #[inline]
-    pub fn pair_modulus(modulus_i: f64, modulus_j: f64) -> f64 {
+    #[inline(always)]
+    fn pair_modulus(self, modulus_i: f64, modulus_j: f64) -> f64 {
         let sum = modulus_i + modulus_j;
         if sum > 0.0 { modulus_i * modulus_j / sum } else { 0.0 }
     }
 
-    /// Two spheres at overlap δ > 0.
-    #[inline]
-    pub fn pair(overlap: f64, radius_i: f64, radius_j: f64) -> Touch {
-        Self::touch(overlap, reduced_radius(radius_i, radius_j), radius_i.min(radius_j))
+    #[inline(always)]
+    fn pair(self, overlap: f64, _: f64, radius_i: f64, radius_j: f64) -> Touch {
+        Self::touch(overlap, reduced(radius_i, radius_j), radius_i.min(radius_j))
     }
 
-    /// A sphere and a plane at overlap δ > 0: R_j = ∞, and the wall is rigid.
-    #[inline]
-    pub fn wall(overlap: f64, radius: f64) -> Touch {
+    /// R_j = ∞, and the wall is rigid.
+    #[inline(always)]
+    fn wall(self, overlap: f64, radius: f64) -> Touch {
         Self::touch(overlap, radius, radius)
     }
+}
 
-    #[inline]
+impl Hertz {
+    /// E/(1−ν²), in Pa.
+    pub fn modulus(young_pa: f64, poisson: f64) -> f64 {
+        young_pa / (1.0 - poisson * poisson)
+    }
+
+    #[inline(always)]
     fn touch(overlap: f64, reduced_radius: f64, smaller_radius: f64) -> Touch {
         let contact_radius_squared = reduced_radius * overlap;
         Touch {
-            force_per_pa: 4.0 / 3.0 * contact_radius_squared.sqrt() * overlap,
+            secant: 4.0 / 3.0 * contact_radius_squared.sqrt(),
             area_m2: PI * contact_radius_squared.min(smaller_radius * smaller_radius),
         }
     }
 
     /// Energy 8/15 √R* E* δ^{5/2} of two spheres over their modulus, in m³.
     pub fn pair_energy(overlap: f64, radius_i: f64, radius_j: f64) -> f64 {
-        0.4 * overlap * Self::pair(overlap, radius_i, radius_j).force_per_pa
+        0.4 * overlap * overlap * Hertz.pair(overlap, 0.0, radius_i, radius_j).secant
     }
 
     /// Energy of a sphere at a plane over its modulus, in m³.
     pub fn wall_energy(overlap: f64, radius: f64) -> f64 {
-        0.4 * overlap * Self::wall(overlap, radius).force_per_pa
+        0.4 * overlap * overlap * Hertz.wall(overlap, radius).secant
     }
-}
-
-/// R* of 1/R* = 1/R_i + 1/R_j, in m; the radii are positive.
-pub(super) fn reduced_radius(radius_i: f64, radius_j: f64) -> f64 {
-    radius_i * radius_j / (radius_i + radius_j)
 }

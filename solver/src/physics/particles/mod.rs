@@ -1,24 +1,35 @@
 //! Particle dynamics: contact, damping, friction, drag and gravity of spheres (Zohdi 2018, ch. 6), integrated inside
 //! each coupling window.
 
+mod blocks;
+mod bodies;
 mod contact;
 mod contact_list;
 mod drag;
 mod forces;
 mod friction;
 mod hertz;
+mod kernel;
 mod ledger;
+mod linear;
+mod lists;
+mod monograph_bond;
 mod neighbours;
 mod overlap;
+mod pair_table;
 mod quadrature;
+mod rolling;
 mod sequential_addition;
 mod settings;
 mod softening;
+mod springs;
 mod state;
 mod substep;
+mod tangential_spring;
 mod trapezoidal;
 mod validate;
 mod verlet;
+mod wall_list;
 
 use std::{f64::consts::PI, sync::Arc};
 
@@ -28,10 +39,14 @@ pub use settings::*;
 pub use state::State;
 
 use self::{
+    bodies::{Bodies, along_z_curve},
     contact::{Law, Surface},
-    contact_list::ContactPorts,
+    contact_list::{ContactPorts, Snapshot},
     forces::{At, Evaluator, Heat},
-    neighbours::NeighbourList,
+    hertz::Hertz,
+    lists::Lists,
+    monograph_bond::MonographBond,
+    pair_table::PairTable,
     sequential_addition::SequentialAddition,
     softening::Softening,
     state::{Advanced, Forces, Motion, Trial},
@@ -45,8 +60,11 @@ use crate::{
 
 type Vec3 = nalgebra::Vector3<f64>;
 
-/// Listed pairs, or particles, above which threads share the work; below, waking them costs more than it saves.
-const PARALLEL_ITEMS: usize = 16_384;
+/// Particles above which threads share the work; below, waking them costs more than it saves.
+const PARALLEL_PARTICLES: usize = 4096;
+
+/// Lists built from one sorting of the memory to the next.
+const BUILDS_PER_SORTING: u32 = 8;
 
 /// The particles of a scene.
 ///
@@ -56,15 +74,14 @@ const PARALLEL_ITEMS: usize = 16_384;
 pub struct Particles {
     settings: Settings,
     law: Law,
+    table: PairTable,
     surface: Surface,
-    softening: Softening,
+    /// Moduli of the materials, by temperature.
+    softening: Vec<Softening>,
     gravity: Vec3,
     planes: Vec<Plane>,
-    radii: Vec<f64>,
-    masses: Vec<f64>,
-    /// 2/5 m R², in kg m².
-    inertias: Vec<f64>,
-    start: Motion,
+    /// The particles at t = 0, in the order of the fields.
+    start: (Bodies, Motion),
     /// Shortest expected contact, in s.
     contact_s: f64,
     /// Longest substep of the Verlet integrator, in s.
@@ -72,7 +89,7 @@ pub struct Particles {
     temperature: Arc<Port>,
     positions: Arc<Port>,
     velocities: Arc<Port>,
-    radii_field: Field,
+    radii: Arc<Port>,
     contact_ports: ContactPorts,
     wall_contact_ports: ContactPorts,
 }
@@ -101,12 +118,7 @@ impl Particles {
     /// range; the message names the setting.
     pub fn new(settings: Settings) -> Result<Self, SolveError> {
         validate::settings(&settings)?;
-        let (start, radii) = place(&settings)?;
-        let masses: Vec<f64> =
-            radii.iter().map(|radius| 4.0 / 3.0 * PI * radius.powi(3) * settings.density_kg_m3).collect();
-        let inertias = masses.iter().zip(&radii).map(|(mass, radius)| 0.4 * mass * radius * radius).collect();
-        let (ContactLaw::Overlap { stiffness_pa, .. } | ContactLaw::Hertz { young_pa: stiffness_pa, .. }) =
-            settings.contact.law;
+        let start = place(&settings)?;
         let planes = (0u32..).zip(&settings.walls).flat_map(|(wall, shape)| {
             shape.planes.iter().map(move |plane| Plane {
                 wall,
@@ -115,43 +127,35 @@ impl Particles {
             })
         });
         let vectors = |name, unit, measure| Arc::new(Port::f64(name, unit, "particles", 3, measure));
-        let radii_port = Arc::new(Port::f64("radii", "m", "particles", 1, Measure::None));
+        let law = Law::from(settings.contact.law);
+        let table = PairTable::new(&settings, law);
         let mut particles = Self {
-            law: Law::from(settings.contact.law),
+            law,
             surface: Surface {
-                damping_n_s_m3: settings.contact.damping_n_s_m3,
-                friction: settings.friction,
                 spin: settings.spin,
+                rolls: settings.spin && table.laws().iter().any(|pair| pair.rolling > 0.0 || pair.torsion > 0.0),
+                bond: settings.bond.map(|settings| MonographBond { settings }),
             },
-            softening: Softening {
-                reference_pa: stiffness_pa,
-                rate: settings.contact.softening_rate,
-                reference_k: settings.contact.softening_reference_k,
-                floor_pa: settings.contact.softening_floor_pa,
-            },
+            table,
+            softening: vec![softening(&settings)],
             gravity: Vec3::from(settings.gravity_m_s2),
             planes: planes.collect(),
-            radii_field: Field::new(&radii_port, 0, radii.clone())?,
-            radii,
-            masses,
-            inertias,
             start,
             contact_s: f64::INFINITY,
             substep_s: f64::INFINITY,
             temperature: Arc::new(Port::f64("temperature", "K", "particles", 1, Measure::Magnitude).as_read()),
             positions: vectors("positions", "m", Measure::Increment),
             velocities: vectors("velocities", "m/s", Measure::None),
+            radii: Arc::new(Port::f64("radii", "m", "particles", 1, Measure::None)),
             contact_ports: ContactPorts::new("contact", "contacts"),
             wall_contact_ports: ContactPorts::new("wall_contact", "wall-contacts"),
             settings,
         };
         let state = particles.state_at_start()?;
-        let modulus = particles.law.modulus(particles.softening.stiffness(particles.settings.temperature_k));
-        let stored_per_pa = (state.contacts.energy_per_pa.iter())
-            .chain(&state.wall_contacts.energy_per_pa)
+        let stored_per_modulus = (state.contacts.energy_per_modulus.iter())
+            .chain(&state.wall_contacts.energy_per_modulus)
             .fold(0.0f64, |largest, &energy| largest.max(energy));
-        let TimeScales { contact_s, substep_s } =
-            particles.time_scales(&state.motion.positions, &state.motion.velocities, stored_per_pa * modulus);
+        let TimeScales { contact_s, substep_s } = particles.time_scales(&state, stored_per_modulus);
         particles.contact_s = contact_s;
         particles.substep_s = match particles.settings.integrator {
             Integrator::Verlet { substep_s: Some(bound_s) } => bound_s,
@@ -160,47 +164,94 @@ impl Particles {
         Ok(particles)
     }
 
-    /// The state at t = 0. Friction is zero in its forces: it depends on a step that is not known yet.
-    fn state_at_start(&self) -> Result<State, SolveError> {
-        let motion = self.start.clone();
-        let neighbours = Arc::new(NeighbourList::build(&motion.positions, &self.radii, self.settings.skin));
-        let modulus = self.law.modulus(self.softening.stiffness(self.settings.temperature_k));
-        let moduli = vec![modulus; self.radii.len()];
-        let mut forces = Forces::none(self.radii.len());
-        let Motion { positions, velocities, spins } = &motion;
-        Evaluator::new(self, None, moduli.clone(), Arc::clone(&neighbours))
-            .evaluate(At { positions, velocities, spins, fraction: 0.0, step_s: 0.0 }, &mut forces);
-        let contacts = self.contact_ports.list(&self.find_contacts(&neighbours, positions), None)?;
-        let wall_contacts = self.wall_contact_ports.list(&self.find_wall_contacts(positions), None)?;
-        Ok(State { motion, forces, moduli, neighbours, contacts, wall_contacts })
+    /// Whether contacts remember a tangential spring.
+    fn remembers(&self) -> bool {
+        matches!(self.settings.friction, Some(Friction::Spring { .. }))
     }
 
-    /// Forces at the window's start: those of the state, or new ones where friction's step has changed.
-    fn start_forces(&self, state: &State, evaluator: &mut Evaluator<'_>, step_s: f64) -> Forces {
+    /// Modulus of a material at a temperature in K.
+    #[inline]
+    fn modulus(&self, material: u16, temperature_k: f64) -> f64 {
+        self.softening[material as usize].stiffness(temperature_k)
+    }
+
+    /// The state at t = 0. Friction is zero in its forces: it depends on a step that is not known yet.
+    fn state_at_start(&self) -> Result<State, SolveError> {
+        let (bodies, motion) = &self.start;
+        let order = along_z_curve(&motion.positions, cell(bodies));
+        let (bodies, motion) = (bodies.reordered(&order), motion.reordered(&order));
+        let lists = Lists::build(self, &motion.positions, &bodies.radii)?;
+        let moduli: Vec<f64> =
+            bodies.materials.iter().map(|&material| self.modulus(material, self.settings.temperature_k)).collect();
+        let springs = lists.no_springs();
+        let at = Snapshot {
+            bodies: &bodies,
+            positions: &motion.positions,
+            moduli: &moduli,
+            lists: &lists,
+            springs: &springs,
+        };
+        let (found, found_walls) = (self.find_contacts(at), self.find_wall_contacts(at));
+        let mut state = State {
+            contacts: self.contact_ports.list(&found, None)?,
+            wall_contacts: self.wall_contact_ports.list(&found_walls, None)?,
+            critical_s: self.critical_step(&bodies, &found, &found_walls),
+            forces: Forces::none(bodies.len()),
+            bodies: Arc::new(bodies),
+            motion,
+            moduli,
+            lists: Arc::new(lists),
+            builds: 0,
+            springs,
+        };
         let mut forces = state.forces.clone();
-        if self.settings.friction.is_some() && forces.step_s.to_bits() != step_s.to_bits() {
-            let Motion { positions, velocities, spins } = &state.motion;
-            evaluator.evaluate(At { positions, velocities, spins, fraction: 0.0, step_s }, &mut forces);
+        self.forces_at_start(&state, &mut Evaluator::new(self, &state, None), 0.0, &mut forces)?;
+        state.forces = forces;
+        Ok(state)
+    }
+
+    /// Forces at the window's start with friction's step; the springs stay as they are.
+    fn forces_at_start(
+        &self,
+        state: &State,
+        evaluator: &mut Evaluator<'_>,
+        step_s: f64,
+        forces: &mut Forces,
+    ) -> Result<(), SolveError> {
+        let Motion { positions, velocities, spins } = &state.motion;
+        evaluator.evaluate(At { positions, velocities, spins, fraction: 0.0, step_s }, forces)?;
+        evaluator.springs.clone_from(&state.springs);
+        Ok(())
+    }
+
+    /// Forces at the window's start: those of the state, or new ones where friction depends on a step that has changed.
+    fn start_forces(&self, state: &State, evaluator: &mut Evaluator<'_>, step_s: f64) -> Result<Forces, SolveError> {
+        let mut forces = state.forces.clone();
+        let depends = matches!(self.settings.friction, Some(Friction::Regularised { .. }))
+            || self.settings.bond.is_some()
+            || self.surface.rolls;
+        if depends && forces.step_s.to_bits() != step_s.to_bits() {
+            self.forces_at_start(state, evaluator, step_s, &mut forces)?;
         }
-        forces
+        Ok(forces)
     }
 
     /// The frozen temperatures; `None` where they change nothing.
-    fn heat<'a>(&self, frozen: &'a Frozen) -> Result<Option<Heat<'a>>, SolveError> {
-        if !self.settings.reads_temperature || self.softening.rate <= 0.0 {
+    fn heat(&self, frozen: &Frozen, bodies: &Bodies) -> Result<Option<Heat>, SolveError> {
+        if !self.settings.reads_temperature || self.softening.iter().all(|softening| softening.rate <= 0.0) {
             return Ok(None);
         }
-        let read = |field: &'a Field| {
+        let read = |field: &Field| {
             let values = field.f64()?;
-            if values.len() != self.radii.len() {
+            if values.len() != bodies.len() {
                 return Err(SolveError::Mismatch(format!(
                     "particles: field `temperature` has {} values, but there are {} particles",
                     values.len(),
-                    self.radii.len()
+                    bodies.len()
                 )));
             }
             match field.first_not_finite() {
-                None => Ok(values),
+                None => Ok(bodies.in_memory(values)),
                 Some(row) => Err(SolveError::NotFinite {
                     node: "particles".into(),
                     field: "temperature".into(),
@@ -213,49 +264,97 @@ impl Particles {
     }
 
     /// Moduli at the share `fraction` of the window, the temperature running linearly.
-    fn soften(&self, heat: Heat<'_>, fraction: f64, moduli: &mut [f64]) {
-        for (modulus, (start, end)) in moduli.iter_mut().zip(heat.start_k.iter().zip(heat.end_k)) {
-            *modulus = self.law.modulus(self.softening.stiffness(start + fraction * (end - start)));
+    fn soften(&self, heat: &Heat, materials: &[u16], fraction: f64, moduli: &mut [f64]) {
+        let temperatures = heat.start_k.iter().zip(&heat.end_k);
+        for ((modulus, &material), (start, end)) in moduli.iter_mut().zip(materials).zip(temperatures) {
+            *modulus = self.modulus(material, start + fraction * (end - start));
         }
     }
 
     /// The state at the end of a window and what is said about it.
-    fn finish(&self, from: &State, advanced: Advanced, heat: Option<Heat<'_>>) -> Result<(State, Reply), SolveError> {
-        let Advanced { motion, forces, moduli, neighbours, dissipated, .. } = advanced;
-        let contacts =
-            self.contact_ports.list(&self.find_contacts(&neighbours, &motion.positions), Some(&from.contacts))?;
-        let wall_contacts =
-            self.wall_contact_ports.list(&self.find_wall_contacts(&motion.positions), Some(&from.wall_contacts))?;
-        let state = State { motion, forces, moduli, neighbours, contacts, wall_contacts };
+    fn finish(&self, from: &State, advanced: Advanced, heat: Option<&Heat>) -> Result<(State, Reply), SolveError> {
+        let Advanced { motion, forces, moduli, lists, springs, dissipated, .. } = advanced;
+        let bodies = Arc::clone(&from.bodies);
+        let at = Snapshot {
+            bodies: &bodies,
+            positions: &motion.positions,
+            moduli: &moduli,
+            lists: &lists,
+            springs: &springs,
+        };
+        let (found, found_walls) = (self.find_contacts(at), self.find_wall_contacts(at));
+        let state = State {
+            contacts: self.contact_ports.list(&found, Some(&from.contacts))?,
+            wall_contacts: self.wall_contact_ports.list(&found_walls, Some(&from.wall_contacts))?,
+            critical_s: self.critical_step(&bodies, &found, &found_walls),
+            bodies,
+            motion,
+            forces,
+            moduli,
+            lists,
+            builds: from.builds + advanced.builds,
+            springs,
+        };
         let softening = match heat {
             Some(heat) => {
                 let mut start = from.moduli.clone();
-                self.soften(heat, 0.0, &mut start);
+                self.soften(heat, &from.bodies.materials, 0.0, &mut start);
                 self.softening(from, &start, &state)?
             }
             None => 0.0,
         };
         let mut reply = self.reply(&state)?;
-        reply.ledger.extend(Self::exchanged(&dissipated, softening));
+        reply.ledger.extend(self.exchanged(from, &state, &dissipated, softening));
         reply.figures.insert("substeps".into(), f64::from(advanced.substeps));
         reply.figures.insert("substep [s]".into(), advanced.substep_s);
         reply.figures.insert("force evaluations".into(), f64::from(advanced.evaluations));
+        if state.critical_s.is_finite() {
+            reply.figures.insert("substep over critical".into(), advanced.substep_s / state.critical_s);
+        }
         if self.contact_s.is_finite() {
             reply.figures.insert("shortest contact time over substep".into(), self.contact_s / advanced.substep_s);
         }
+        let state = if state.builds >= BUILDS_PER_SORTING { self.sorted(state)? } else { state };
         Ok((state, reply))
+    }
+
+    /// The same state, with particles that have become neighbours near each other in memory again.
+    fn sorted(&self, state: State) -> Result<State, SolveError> {
+        let order = along_z_curve(&state.motion.positions, cell(&state.bodies));
+        let mut places = vec![0u32; order.len()];
+        for (place, &from) in (0u32..).zip(&order) {
+            places[from as usize] = place;
+        }
+        let (bodies, motion) = (state.bodies.reordered(&order), state.motion.reordered(&order));
+        let lists = Lists::build(self, &motion.positions, &bodies.radii)?;
+        let springs = if self.remembers() {
+            state.lists.hand_over(&state.springs, &lists, |particle| Some(places[particle as usize]))
+        } else {
+            lists.no_springs()
+        };
+        Ok(State {
+            forces: state.forces.reordered(&order),
+            moduli: bodies::reordered(&state.moduli, &order),
+            bodies: Arc::new(bodies),
+            motion,
+            lists: Arc::new(lists),
+            builds: 0,
+            springs,
+            ..state
+        })
     }
 
     /// The fields and the stored energy of `state`.
     fn reply(&self, state: &State) -> Result<Reply, SolveError> {
+        let bodies = &state.bodies;
         let flat = |vectors: &[Vec3]| -> Vec<f64> {
-            vectors.iter().flat_map(|vector| [vector.x, vector.y, vector.z]).collect()
+            bodies.in_rows(vectors).iter().flat_map(|vector| [vector.x, vector.y, vector.z]).collect()
         };
         let mut fields = Fields::new();
         let motion = [
             Field::new(&self.positions, 0, flat(&state.motion.positions))?,
             Field::new(&self.velocities, 0, flat(&state.motion.velocities))?,
-            self.radii_field.clone(),
+            Field::new(&self.radii, 0, bodies.in_rows(&bodies.radii))?,
         ];
         let lists = state.contacts.fields().into_iter().chain(state.wall_contacts.fields());
         for field in motion.into_iter().chain(lists.cloned()) {
@@ -268,11 +367,32 @@ impl Particles {
     }
 }
 
+/// Cell in m that the memory is sorted by: the mean diameter.
+fn cell(bodies: &Bodies) -> f64 {
+    if bodies.len() == 0 { 1.0 } else { 2.0 * bodies.radii.iter().sum::<f64>() / bodies.len() as f64 }
+}
+
+/// Softening of the modulus of the particles' material.
+fn softening(settings: &Settings) -> Softening {
+    let contact = &settings.contact;
+    let (stiffness, factor) = match contact.law {
+        ContactLaw::Overlap { stiffness_pa, .. } => (stiffness_pa, 1.0),
+        ContactLaw::Hertz { young_pa, poisson } => (young_pa, Hertz::modulus(1.0, poisson)),
+        ContactLaw::Linear { stiffness_n_m } => (stiffness_n_m, 1.0),
+    };
+    Softening {
+        reference_modulus: stiffness * factor,
+        rate: contact.softening_rate,
+        reference_k: contact.softening_reference_k,
+        floor_modulus: contact.softening_floor_pa * factor,
+    }
+}
+
 impl Physics for Particles {
     type State = State;
 
     fn ports(&self) -> Ports {
-        let written = [&self.positions, &self.velocities, &self.radii_field.port].into_iter();
+        let written = [&self.positions, &self.velocities, &self.radii].into_iter();
         let lists = self.contact_ports.all().into_iter().chain(self.wall_contact_ports.all());
         Ports {
             reads: self.settings.reads_temperature.then(|| (*self.temperature).clone()).into_iter().collect(),
@@ -290,9 +410,10 @@ impl Physics for Particles {
         if !(window.dt_s > 0.0 && window.dt_s.is_finite()) {
             return Err(SolveError::Mismatch(format!("particles: a window of {} s cannot be solved", window.dt_s)));
         }
-        let heat = self.heat(frozen)?;
+        let heat = self.heat(frozen, &state.bodies)?;
+        let heat = heat.as_ref();
         let trial = match self.settings.integrator {
-            Integrator::Verlet { .. } => verlet::advance(self, state, heat, window, self.substep_s)?,
+            Integrator::Verlet { .. } => verlet::advance(self, state, heat, window)?,
             Integrator::Trapezoidal { phi, tolerance, iterations } => {
                 Trapezoidal { phi, tolerance, iterations }.advance(self, state, heat, window)?
             }
@@ -307,8 +428,8 @@ impl Physics for Particles {
     }
 }
 
-/// Positions, velocities and radii at t = 0.
-fn place(settings: &Settings) -> Result<(Motion, Vec<f64>), SolveError> {
+/// The particles at t = 0, in the order of the fields.
+fn place(settings: &Settings) -> Result<(Bodies, Motion), SolveError> {
     let (positions, velocities, radii) = match &settings.start {
         Start::SequentialAddition { lower_m, upper_m, velocity_m_s } => {
             let addition = SequentialAddition {
@@ -328,6 +449,15 @@ fn place(settings: &Settings) -> Result<(Motion, Vec<f64>), SolveError> {
             (vectors(positions_m), vectors(velocities_m_s), radii_m.clone())
         }
     };
+    let masses: Vec<f64> =
+        radii.iter().map(|radius| 4.0 / 3.0 * PI * radius.powi(3) * settings.density_kg_m3).collect();
+    let bodies = Bodies {
+        rows: (0u32..).take(radii.len()).collect(),
+        inertias: masses.iter().zip(&radii).map(|(mass, radius)| 0.4 * mass * radius * radius).collect(),
+        materials: vec![0; radii.len()],
+        masses,
+        radii,
+    };
     let spins = vec![Vec3::zeros(); positions.len()];
-    Ok((Motion { positions, velocities, spins }, radii))
+    Ok((bodies, Motion { positions, velocities, spins }))
 }

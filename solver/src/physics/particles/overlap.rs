@@ -1,6 +1,9 @@
 use std::f64::consts::PI;
 
-use super::{contact::Touch, quadrature};
+use super::{
+    contact::{Normal, Touch},
+    quadrature,
+};
 
 /// The monograph's overlap law K_p |E|^p A with E = δ/(R_i+R_j) (Zohdi 2018, eqs. 6.6–6.9), A the area of the lens
 /// plane (eqs. 6.52–6.57). Its modulus of a pair is the mean of the particles' K_p (eq. 6.34).
@@ -26,28 +29,22 @@ impl Overlap {
         }
     }
 
-    #[inline]
-    fn power(self, strain: f64) -> f64 {
+    /// |E|^p.
+    #[inline(always)]
+    fn strain_power(self, strain: f64) -> f64 {
         match self {
             Self::Square => strain * strain,
             Self::Power(exponent) => strain.powf(exponent),
         }
     }
 
-    /// Two spheres at centre distance d with overlap δ = R_i + R_j − d > 0.
-    #[inline]
-    pub fn pair(self, overlap: f64, distance: f64, radius_i: f64, radius_j: f64) -> Touch {
-        let area_m2 = PI * lens_radius_squared(overlap, distance, radius_i, radius_j);
-        Touch { force_per_pa: self.power(overlap / (radius_i + radius_j)) * area_m2, area_m2 }
-    }
-
-    /// A sphere whose centre is at the signed distance R − δ from a plane: E = δ/R, A = π(R² − (R−δ)²), and A = πR²
-    /// once the centre is behind the plane.
-    #[inline]
-    pub fn wall(self, overlap: f64, radius: f64) -> Touch {
-        let depth = overlap.min(radius);
-        let area_m2 = PI * depth * (2.0 * radius - depth);
-        Touch { force_per_pa: self.power(overlap / radius) * area_m2, area_m2 }
+    #[inline(always)]
+    fn touch(self, overlap: f64, length: f64, area_m2: f64) -> Touch {
+        let secant = match self {
+            Self::Square => overlap * area_m2 / (length * length),
+            Self::Power(exponent) => (overlap / length).powf(exponent) * area_m2 / overlap,
+        };
+        Touch { secant, area_m2 }
     }
 
     /// ∫ |E|^p A dδ of two spheres, the elastic energy over the modulus, in m³.
@@ -57,7 +54,7 @@ impl Overlap {
     pub fn pair_energy(self, overlap: f64, radius_i: f64, radius_j: f64) -> f64 {
         let sum = radius_i + radius_j;
         let smooth = overlap.min(sum - clamp_distance_squared(radius_i, radius_j).sqrt());
-        let force = |depth: f64| self.pair(depth, sum - depth, radius_i, radius_j).force_per_pa;
+        let force = |depth: f64| self.pair(depth, sum - depth, radius_i, radius_j).secant * depth;
         let lens = match self {
             Self::Square => smooth * quadrature::over_unit_interval(|u| force(smooth * u)),
             // δ ~ u² makes the integrand smooth at first touch for half-integer p too.
@@ -72,7 +69,7 @@ impl Overlap {
         let p = self.exponent();
         let depth = overlap.min(radius);
         let strain = depth / radius;
-        let lens = PI * self.power(strain) * depth * depth * (2.0 * radius / (p + 2.0) - depth / (p + 3.0));
+        let lens = PI * self.strain_power(strain) * depth * depth * (2.0 * radius / (p + 2.0) - depth / (p + 3.0));
         lens + self.clamped_energy(overlap, depth, radius, radius)
     }
 
@@ -81,13 +78,39 @@ impl Overlap {
         if to <= from {
             return 0.0;
         }
-        let primitive = |depth: f64| self.power(depth / length) * depth / (self.exponent() + 1.0);
+        let primitive = |depth: f64| self.strain_power(depth / length) * depth / (self.exponent() + 1.0);
         PI * radius * radius * (primitive(to) - primitive(from))
     }
 }
 
+impl Normal for Overlap {
+    fn power(self) -> f64 {
+        self.exponent() + 2.0
+    }
+
+    /// The mean (eq. 6.34).
+    #[inline(always)]
+    fn pair_modulus(self, modulus_i: f64, modulus_j: f64) -> f64 {
+        0.5 * (modulus_i + modulus_j)
+    }
+
+    #[inline(always)]
+    fn pair(self, overlap: f64, distance: f64, radius_i: f64, radius_j: f64) -> Touch {
+        let area_m2 = PI * lens_radius_squared(overlap, distance, radius_i, radius_j);
+        self.touch(overlap, radius_i + radius_j, area_m2)
+    }
+
+    /// The sphere's centre is at the signed distance R − δ from the plane: E = δ/R, A = π(R² − (R−δ)²), and A = πR² once
+    /// the centre is behind the plane.
+    #[inline(always)]
+    fn wall(self, overlap: f64, radius: f64) -> Touch {
+        let depth = overlap.min(radius);
+        self.touch(overlap, radius, PI * depth * (2.0 * radius - depth))
+    }
+}
+
 /// d² below which the smaller sphere's centre is past the lens plane, L < 0.
-#[inline]
+#[inline(always)]
 fn clamp_distance_squared(radius_i: f64, radius_j: f64) -> f64 {
     ((radius_j - radius_i) * (radius_j + radius_i)).abs()
 }
@@ -96,7 +119,7 @@ fn clamp_distance_squared(radius_i: f64, radius_j: f64) -> f64 {
 /// R_i² − ¼ (d − (R_j²−R_i²)/d)² = δ (2S−δ) (d² − (R_i−R_j)²) / (4 d²) with S = R_i + R_j.
 ///
 /// Once the smaller centre has passed the lens plane, a is the smaller radius.
-#[inline]
+#[inline(always)]
 fn lens_radius_squared(overlap: f64, distance: f64, radius_i: f64, radius_j: f64) -> f64 {
     let smaller = radius_i.min(radius_j);
     let distance_squared = distance * distance;
@@ -134,11 +157,11 @@ mod tests {
                     let h = 1e-5;
                     let slope =
                         (law.pair_energy(overlap + h, ri, rj) - law.pair_energy(overlap - h, ri, rj)) / (2.0 * h);
-                    let force = law.pair(overlap, ri + rj - overlap, ri, rj).force_per_pa;
+                    let force = law.pair(overlap, ri + rj - overlap, ri, rj).secant * overlap;
                     // Central difference: h² F''/6 and rounding 1e-16/h, both below 1e-8.
                     assert!((slope - force).abs() < 1e-8, "{law:?} {ri} {rj} {overlap}: {slope} {force}");
                     let slope = (law.wall_energy(overlap + h, ri) - law.wall_energy(overlap - h, ri)) / (2.0 * h);
-                    assert!((slope - law.wall(overlap, ri).force_per_pa).abs() < 1e-8);
+                    assert!((slope - law.wall(overlap, ri).secant * overlap).abs() < 1e-8);
                 }
             }
         }

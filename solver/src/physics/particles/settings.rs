@@ -25,6 +25,10 @@ pub struct Settings {
     pub contact: Contact,
     /// Tangential force at contacts; `None` is frictionless.
     pub friction: Option<Friction>,
+    /// Resistance to rolling and torsion; it acts where particles spin. `None` is none.
+    pub rolling: Option<Rolling>,
+    /// The monograph's bond of particles that overlap; `None` is none.
+    pub bond: Option<OverlapBond>,
     /// Drag of a resting or streaming gas; `None` is vacuum.
     pub drag: Option<Drag>,
     /// Gravity g in m/s².
@@ -77,6 +81,8 @@ pub struct Contact {
     pub softening_floor_pa: f64,
     /// Normal damping c_cd (eq. 6.10), in N s/m per m² of contact area; 0 is none.
     pub damping_n_s_m3: f64,
+    /// Restitution coefficient in (0, 1] that normal damping gives, beside c_cd; `None` is none.
+    pub restitution: Option<f64>,
 }
 
 /// Law of the normal force.
@@ -97,17 +103,59 @@ pub enum ContactLaw {
         /// Poisson's ratio ν.
         poisson: f64,
     },
+    /// k_n δ (Cundall & Strack 1979).
+    Linear {
+        /// Stiffness k_n at the reference temperature, in N/m.
+        stiffness_n_m: f64,
+    },
 }
 
-/// The monograph's regularised friction (eqs. 6.11–6.15).
+/// Law of the tangential force.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Friction {
-    /// K_f, in N per m of sliding and m² of contact area.
-    pub stiffness_n_m3: f64,
-    /// Static coefficient μ_s.
-    pub static_coefficient: f64,
-    /// Dynamic coefficient μ_d.
-    pub dynamic_coefficient: f64,
+#[serde(rename_all = "kebab-case")]
+pub enum Friction {
+    /// The monograph's regularised friction (eqs. 6.11–6.15); its stick stiffness depends on the step.
+    Regularised {
+        /// K_f, in N per m of sliding and m² of contact area.
+        stiffness_n_m3: f64,
+        /// Static coefficient μ_s.
+        static_coefficient: f64,
+        /// Dynamic coefficient μ_d.
+        dynamic_coefficient: f64,
+    },
+    /// A spring with a memory at each contact (Cundall & Strack 1979), which holds a pile at rest.
+    Spring {
+        /// Ratio κ of tangential to normal stiffness; `None` is Mindlin's 2(1−ν)/(2−ν) with Hertz's law, else 2/7.
+        stiffness_ratio: Option<f64>,
+        /// Damping ratio ζ of the spring; `None` is that of the normal restitution.
+        damping_ratio: Option<f64>,
+        /// Static coefficient μ_s.
+        static_coefficient: f64,
+        /// Dynamic coefficient μ_d.
+        dynamic_coefficient: f64,
+    },
+}
+
+/// Resistance to rolling (eq. 6.18) and to torsion.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Rolling {
+    /// Coefficient μ_r of the moment μ_r a ‖Ψ^n‖ against rolling.
+    pub rolling: f64,
+    /// Coefficient of the same moment against spin about the normal.
+    pub torsion: f64,
+}
+
+/// The monograph's bond (eqs. 6.16–6.17): it acts while the overlap strain is at least E*.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct OverlapBond {
+    /// Normal stiffness K_nb, in Pa.
+    pub stiffness_pa: f64,
+    /// Exponent p_b.
+    pub exponent: f64,
+    /// Tangential stiffness K_rb, in N per m of sliding and m² of contact area.
+    pub shear_stiffness_n_m3: f64,
+    /// Strain E* from which it acts.
+    pub strain: f64,
 }
 
 /// Stokes drag 6π c_e R (v_e − v) (eq. 6.22).
@@ -125,7 +173,8 @@ pub struct Drag {
 pub enum Integrator {
     /// Velocity Verlet with equal substeps.
     Verlet {
-        /// Upper bound of a substep, in s; `None` takes 1/25 of the shortest expected contact time.
+        /// Upper bound of a substep, in s, which never exceeds half of the critical step of the contacts there are; `None`
+        /// takes 1/25 of the shortest expected contact time.
         substep_s: Option<f64>,
     },
     /// The monograph's trapezoidal rule, solved by fixed-point iteration over the whole window (eqs. 6.23–6.27).

@@ -1,21 +1,21 @@
 /// Thermal softening K(θ) = max(K_0 e^{−a(θ/θ* − 1)}, K_lim) (Zohdi 2018, eqs. 6.33, 7.2).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Softening {
-    /// Stiffness K_0 at the reference temperature, in Pa.
-    pub reference_pa: f64,
+    /// Modulus at the reference temperature: of K_0, or of Young's modulus.
+    pub reference_modulus: f64,
     /// Rate a.
     pub rate: f64,
     /// Reference temperature θ* in K; positive.
     pub reference_k: f64,
-    /// Floor K_lim, in Pa.
-    pub floor_pa: f64,
+    /// Its floor, of K_lim.
+    pub floor_modulus: f64,
 }
 
 impl Softening {
-    /// The stiffness in Pa at `temperature_k`.
+    /// The modulus at `temperature_k`.
     #[inline]
     pub fn stiffness(&self, temperature_k: f64) -> f64 {
-        (self.reference_pa * (-self.rate * (temperature_k / self.reference_k - 1.0)).exp()).max(self.floor_pa)
+        (self.reference_modulus * (-self.rate * (temperature_k / self.reference_k - 1.0)).exp()).max(self.floor_modulus)
     }
 }
 
@@ -25,7 +25,7 @@ mod tests {
 
     #[test]
     fn falls_exponentially_to_the_floor() {
-        let softening = Softening { reference_pa: 1e7, rate: 2.0, reference_k: 300.0, floor_pa: 1e6 };
+        let softening = Softening { reference_modulus: 1e7, rate: 2.0, reference_k: 300.0, floor_modulus: 1e6 };
         assert!((softening.stiffness(300.0) - 1e7).abs() < 1e-6);
         // One reference temperature above: e^{−2}, to rounding.
         assert!((softening.stiffness(600.0) / 1e7 - (-2.0f64).exp()).abs() < 1e-15);

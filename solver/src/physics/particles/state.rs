@@ -2,22 +2,35 @@ use std::{ops::AddAssign, sync::Arc};
 
 use serde::{Deserialize, Serialize};
 
-use super::{Vec3, contact_list::ContactList, neighbours::NeighbourList};
+use super::{
+    Vec3,
+    bodies::{Bodies, reordered},
+    contact_list::ContactList,
+    lists::Lists,
+    springs::Springs,
+};
 use crate::{SolveError, coupling::NotConverged};
 
-/// Everything the particles' next window depends on.
+/// Everything the particles' next window depends on; in memory order but for the contact lists.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct State {
+    pub(super) bodies: Arc<Bodies>,
     pub(super) motion: Motion,
     /// Forces at the same instant.
     pub(super) forces: Forces,
-    /// Moduli of the particles at the same instant, in Pa.
+    /// Moduli of the particles at the same instant.
     pub(super) moduli: Vec<f64>,
-    pub(super) neighbours: Arc<NeighbourList>,
+    pub(super) lists: Arc<Lists>,
+    /// Lists built since the particles were last sorted.
+    pub(super) builds: u32,
+    /// Springs of the contacts, block by block.
+    pub(super) springs: Vec<Springs>,
     /// Contacts between particles.
     pub(super) contacts: ContactList,
     /// Contacts with walls.
     pub(super) wall_contacts: ContactList,
+    /// Largest stable step of the contacts, in s; infinite without contacts.
+    pub(super) critical_s: f64,
 }
 
 /// Where the particles are and how they move.
@@ -32,6 +45,15 @@ pub(super) struct Motion {
 }
 
 impl Motion {
+    /// The particles in another order: place k takes what was at `order[k]`.
+    pub fn reordered(&self, order: &[u32]) -> Self {
+        Self {
+            positions: reordered(&self.positions, order),
+            velocities: reordered(&self.velocities, order),
+            spins: reordered(&self.spins, order),
+        }
+    }
+
     /// The first value that is not finite, as the error that names it.
     pub fn check_finite(&self) -> Result<(), SolveError> {
         let fields = [("positions", &self.positions), ("velocities", &self.velocities), ("spins", &self.spins)];
@@ -72,6 +94,11 @@ pub(super) struct Forces {
 }
 
 impl Forces {
+    /// The particles in another order.
+    pub fn reordered(&self, order: &[u32]) -> Self {
+        Self { force: reordered(&self.force, order), moment: reordered(&self.moment, order), ..*self }
+    }
+
     /// No forces on `count` particles.
     pub fn none(count: usize) -> Self {
         Self {
@@ -89,6 +116,7 @@ pub(super) struct Dissipation {
     pub contact_damping: f64,
     pub friction: f64,
     pub drag: f64,
+    pub rolling: f64,
 }
 
 impl Dissipation {
@@ -98,6 +126,7 @@ impl Dissipation {
             contact_damping: 0.5 * step_s * (before.contact_damping + after.contact_damping),
             friction: 0.5 * step_s * (before.friction + after.friction),
             drag: 0.5 * step_s * (before.drag + after.drag),
+            rolling: 0.5 * step_s * (before.rolling + after.rolling),
         }
     }
 }
@@ -107,6 +136,7 @@ impl AddAssign for Dissipation {
         self.contact_damping += other.contact_damping;
         self.friction += other.friction;
         self.drag += other.drag;
+        self.rolling += other.rolling;
     }
 }
 
@@ -121,7 +151,10 @@ pub(super) struct Advanced {
     pub motion: Motion,
     pub forces: Forces,
     pub moduli: Vec<f64>,
-    pub neighbours: Arc<NeighbourList>,
+    pub lists: Arc<Lists>,
+    /// Lists built during the window.
+    pub builds: u32,
+    pub springs: Vec<Springs>,
     /// Energy lost during the window, in J.
     pub dissipated: Dissipation,
     pub substeps: u32,

@@ -1,6 +1,12 @@
 //! The automatic substep: a share of the shortest contact time that the start's energy allows.
 
-use super::{Particles, Vec3, quadrature};
+use super::{
+    Particles, Vec3,
+    contact::{Normal as _, Touch},
+    quadrature,
+    settings::Friction,
+    state::{Motion, State},
+};
 
 /// Substeps to the shortest contact; the peak force of a Verlet collision is then good to about a per mille.
 const SUBSTEPS_PER_CONTACT: f64 = 25.0;
@@ -31,18 +37,21 @@ pub(super) struct TimeScales {
 }
 
 impl Particles {
-    /// Time scales of the start configuration; `stored_j` is the largest elastic energy of one contact in it.
-    pub(super) fn time_scales(&self, positions: &[Vec3], velocities: &[Vec3], stored_j: f64) -> TimeScales {
+    /// Time scales of the start configuration; `stored_per_modulus` is the largest elastic energy of one contact in it,
+    /// over its modulus.
+    pub(super) fn time_scales(&self, state: &State, stored_per_modulus: f64) -> TimeScales {
         let none = TimeScales { contact_s: f64::INFINITY, substep_s: f64::INFINITY };
-        let Some(radius) = self.radii.iter().copied().reduce(f64::min) else { return none };
-        let mass = self.masses.iter().copied().fold(f64::INFINITY, f64::min);
-        let speed = self.reference_speed(positions, velocities, stored_j / mass);
-        let modulus = self.law.modulus(self.softening.stiffness(self.settings.temperature_k));
+        let Some(radius) = state.bodies.radii.iter().copied().reduce(f64::min) else { return none };
+        let mass = state.bodies.masses.iter().copied().fold(f64::INFINITY, f64::min);
+        let modulus = state.moduli.iter().copied().fold(0.0, f64::max);
+        let speed = self.reference_speed(state, stored_per_modulus * modulus / mass);
 
         let (c, q) = self.law.small_pair(radius, radius);
         let (pair_s, overlap) = impact(0.5 * mass, 2.0 * speed, c * self.law.pair_modulus(modulus, modulus), q);
         let depth = overlap.min(radius);
-        let pair_area = self.law.pair(depth, 2.0 * radius - depth, radius, radius).area_m2;
+        // Nothing moves: the law of an empty overlap has no secant.
+        let area = |touch: Touch| if depth > 0.0 { touch.area_m2 } else { 0.0 };
+        let pair_area = area(self.law.pair(depth, 2.0 * radius - depth, radius, radius));
         let mut contact_s = pair_s;
         // Area over reduced mass: what damping and friction act through.
         let mut area_per_kg = pair_area / (0.5 * mass);
@@ -50,7 +59,7 @@ impl Particles {
             let (c, q) = self.law.small_wall(radius);
             let (wall_s, overlap) = impact(mass, speed, c * modulus, q);
             contact_s = contact_s.min(wall_s);
-            area_per_kg = area_per_kg.max(self.law.wall(overlap.min(radius), radius).area_m2 / mass);
+            area_per_kg = area_per_kg.max(area(self.law.wall(overlap.min(radius), radius)) / mass);
         }
 
         let mut substep_s = contact_s / SUBSTEPS_PER_CONTACT;
@@ -63,17 +72,27 @@ impl Particles {
         if let Some(drag) = &self.settings.drag {
             resolve(drag.coefficient(radius) / mass);
         }
-        if let Some(friction) = &self.settings.friction {
-            // Sticking slows the contact point at the rate K_f A Δt (1/m + R²/I) = 7/2 K_f A Δt/m, itself ∝ Δt.
-            let rate_per_s = 3.5 * friction.stiffness_n_m3 * area_per_kg;
-            resolve((rate_per_s / SUBSTEPS_PER_RELAXATION).sqrt());
+        match self.settings.friction {
+            Some(Friction::Regularised { stiffness_n_m3, .. }) => {
+                // Sticking slows the contact point at the rate K_f A Δt (1/m + R²/I) = 7/2 K_f A Δt/m, itself ∝ Δt.
+                let rate_per_s = 3.5 * stiffness_n_m3 * area_per_kg;
+                resolve((rate_per_s / SUBSTEPS_PER_RELAXATION).sqrt());
+            }
+            Some(Friction::Spring { .. }) => {
+                // A spinning particle's tangential vibration is faster than its normal one by the root of their stiffness.
+                let ratio = self.table.laws().iter().fold(0.0f64, |most, pair| most.max(pair.tangential)) / (q - 1.0);
+                let faster = if self.surface.spin { (3.5 * ratio).sqrt().max(1.0) } else { 1.0 };
+                substep_s = substep_s.min(contact_s / (SUBSTEPS_PER_CONTACT * faster));
+            }
+            None => {}
         }
         TimeScales { contact_s, substep_s }
     }
 
     /// √(v² + 2 g H + 2 U/m), or the gas's speed: the start's fastest particle after the deepest fall and the release
     /// of the most compressed contact.
-    fn reference_speed(&self, positions: &[Vec3], velocities: &[Vec3], stored_per_kg: f64) -> f64 {
+    fn reference_speed(&self, state: &State, stored_per_kg: f64) -> f64 {
+        let Motion { positions, velocities, .. } = &state.motion;
         let initial = velocities.iter().map(Vec3::norm_squared).fold(0.0, f64::max);
         let weight = self.gravity.norm();
         let fall = if weight > 0.0 { self.fall(positions, &(self.gravity / weight)) } else { 0.0 };

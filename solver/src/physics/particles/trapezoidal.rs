@@ -1,11 +1,9 @@
 //! The monograph's trapezoidal rule over the whole window, solved by fixed-point iteration (Zohdi 2018, eqs. 6.23–6.27).
 
-use std::sync::Arc;
-
 use super::{
     Particles, Vec3,
     forces::{At, Evaluator, Heat},
-    state::{Advanced, Dissipation, Forces, Motion, State, Trial},
+    state::{Dissipation, Forces, Motion, State, Trial},
 };
 use crate::{
     SolveError,
@@ -29,25 +27,31 @@ pub(super) struct Trapezoidal {
 impl Trapezoidal {
     /// Integrates `window` in one step.
     ///
-    /// Starts from the forces at t; where K_d iterations do not reach the tolerance, the step factor is
+    /// Starts from the forces at t. Beyond the critical step of the contacts the iteration does not contract, so that a
+    /// smaller step is asked for at once; where K_d iterations do not reach the tolerance, the step factor is
     /// Λ = (TOL/ε^K)^{1/(p K_d)} (eqs. 6.31, 6.50 at K = K_d).
     pub fn advance(
         self,
         particles: &Particles,
         state: &State,
-        heat: Option<Heat<'_>>,
+        heat: Option<&Heat>,
         window: Window,
     ) -> Result<Trial, SolveError> {
         let dt_s = window.dt_s;
-        let mut evaluator = Evaluator::new(particles, heat, state.moduli.clone(), Arc::clone(&state.neighbours));
-        let start = particles.start_forces(state, &mut evaluator, dt_s);
+        if dt_s > state.critical_s {
+            let step_factor = (state.critical_s / dt_s).clamp(0.1, 0.9);
+            return Ok(Trial::NotConverged(NotConverged { step_factor }));
+        }
+        let radii = &state.bodies.radii;
+        let mut evaluator = Evaluator::new(particles, state, heat);
+        let start = particles.start_forces(state, &mut evaluator, dt_s)?;
         let mut end = start.clone();
         let mut motion = state.motion.clone();
         self.update(particles, state, &start, &end, dt_s, &mut motion);
         let mut before: Vec<Vec3> = motion.positions.clone();
         let mut change = f64::INFINITY;
         for _ in 0..self.iterations {
-            if let Some(ratio) = motion.jump(&state.motion.positions, &particles.radii) {
+            if let Some(ratio) = motion.jump(&state.motion.positions, radii) {
                 let step_factor = if ratio.is_finite() { (1.0 / ratio).clamp(0.1, 0.9) } else { 0.5 };
                 return Ok(Trial::NotConverged(NotConverged { step_factor }));
             }
@@ -60,7 +64,8 @@ impl Trapezoidal {
                 fraction: 1.0,
                 step_s: dt_s,
             };
-            evaluator.evaluate(at, &mut end);
+            evaluator.springs.clone_from(&state.springs);
+            evaluator.evaluate(at, &mut end)?;
             self.update(particles, state, &start, &end, dt_s, &mut motion);
             change = relative_change(&motion.positions, &before, &state.motion.positions);
             if change <= self.tolerance {
@@ -73,21 +78,12 @@ impl Trapezoidal {
             let step_factor = (self.tolerance / change).powf(root).clamp(0.1, 0.9);
             return Ok(Trial::NotConverged(NotConverged { step_factor }));
         }
-        if let Some(ratio) = motion.jump(&state.motion.positions, &particles.radii) {
+        if let Some(ratio) = motion.jump(&state.motion.positions, radii) {
             return Ok(Trial::NotConverged(NotConverged { step_factor: (1.0 / ratio).clamp(0.1, 0.9) }));
         }
-        evaluator.refresh(&motion.positions);
+        evaluator.refresh(&motion.positions)?;
         let dissipated = Dissipation::over(&start.dissipation, &end.dissipation, dt_s);
-        Ok(Trial::Converged(Box::new(Advanced {
-            motion,
-            forces: end,
-            moduli: evaluator.moduli,
-            neighbours: evaluator.neighbours,
-            dissipated,
-            substeps: 1,
-            substep_s: dt_s,
-            evaluations: evaluator.evaluations,
-        })))
+        Ok(Trial::Converged(Box::new(evaluator.end(motion, end, dissipated, 1, dt_s))))
     }
 
     /// One iterate from the forces at both ends (eqs. 6.23–6.27, spin by 6.2).
@@ -104,12 +100,12 @@ impl Trapezoidal {
         for i in 0..motion.positions.len() {
             let velocity = state.motion.velocities[i];
             let force = end.force[i] * phi + start.force[i] * (1.0 - phi);
-            motion.velocities[i] = velocity + force * (dt_s / particles.masses[i]);
+            motion.velocities[i] = velocity + force * (dt_s / state.bodies.masses[i]);
             let mean_velocity = motion.velocities[i] * phi + velocity * (1.0 - phi);
             motion.positions[i] = state.motion.positions[i] + mean_velocity * dt_s;
             if particles.settings.spin {
                 let moment = end.moment[i] * phi + start.moment[i] * (1.0 - phi);
-                motion.spins[i] = state.motion.spins[i] + moment * (dt_s / particles.inertias[i]);
+                motion.spins[i] = state.motion.spins[i] + moment * (dt_s / state.bodies.inertias[i]);
             }
         }
     }

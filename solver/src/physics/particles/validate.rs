@@ -1,6 +1,6 @@
 //! Ranges of the settings.
 
-use super::settings::{ContactLaw, Integrator, Settings, Start};
+use super::settings::{ContactLaw, Friction, Integrator, Rolling, Settings, Start};
 use crate::SolveError;
 
 /// Checks that every setting is in its range.
@@ -28,15 +28,38 @@ pub(super) fn settings(settings: &Settings) -> Result<(), SolveError> {
             positive("Young's modulus", young_pa)?;
             check(poisson > -1.0 && poisson <= 0.5, "Poisson's ratio", poisson, "must lie in (-1, 0.5]")?;
         }
+        ContactLaw::Linear { stiffness_n_m } => positive("stiffness", stiffness_n_m)?,
     }
     not_negative("softening rate", contact.softening_rate)?;
     positive("softening reference temperature", contact.softening_reference_k)?;
     not_negative("softening floor", contact.softening_floor_pa)?;
     not_negative("contact damping", contact.damping_n_s_m3)?;
-    if let Some(friction) = &settings.friction {
-        not_negative("friction stiffness", friction.stiffness_n_m3)?;
-        not_negative("static friction coefficient", friction.static_coefficient)?;
-        not_negative("dynamic friction coefficient", friction.dynamic_coefficient)?;
+    if let Some(restitution) = contact.restitution {
+        check(restitution > 0.0 && restitution <= 1.0, "restitution", restitution, "must lie in (0, 1]")?;
+    }
+    let coefficients = match settings.friction {
+        None => [0.0; 2],
+        Some(Friction::Regularised { stiffness_n_m3, static_coefficient, dynamic_coefficient }) => {
+            not_negative("friction stiffness", stiffness_n_m3)?;
+            [static_coefficient, dynamic_coefficient]
+        }
+        Some(Friction::Spring { stiffness_ratio, damping_ratio, static_coefficient, dynamic_coefficient }) => {
+            stiffness_ratio.map_or(Ok(()), |ratio| positive("stiffness ratio of friction", ratio))?;
+            damping_ratio.map_or(Ok(()), |ratio| not_negative("damping ratio of friction", ratio))?;
+            [static_coefficient, dynamic_coefficient]
+        }
+    };
+    not_negative("static friction coefficient", coefficients[0])?;
+    not_negative("dynamic friction coefficient", coefficients[1])?;
+    if let Some(Rolling { rolling, torsion }) = settings.rolling {
+        not_negative("rolling coefficient", rolling)?;
+        not_negative("torsion coefficient", torsion)?;
+    }
+    if let Some(bond) = settings.bond {
+        not_negative("bond stiffness", bond.stiffness_pa)?;
+        positive("bond exponent", bond.exponent)?;
+        not_negative("bond shear stiffness", bond.shear_stiffness_n_m3)?;
+        not_negative("bond strain", bond.strain)?;
     }
     if let Some(drag) = &settings.drag {
         not_negative("viscosity", drag.viscosity_pa_s)?;

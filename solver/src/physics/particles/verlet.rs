@@ -1,11 +1,13 @@
 //! Velocity Verlet with equal substeps (Verlet 1967; Swope et al. 1982).
 
-use std::sync::Arc;
+use rayon::prelude::*;
 
 use super::{
-    Particles,
+    Integrator, PARALLEL_PARTICLES, Particles, Vec3,
+    blocks::BLOCK,
+    bodies::Bodies,
     forces::{At, Evaluator, Heat},
-    state::{Advanced, Dissipation, State, Trial, within},
+    state::{Dissipation, Forces, Motion, State, Trial, within},
 };
 use crate::{
     SolveError,
@@ -15,7 +17,13 @@ use crate::{
 /// More substeps than this in one window are refused: the window is too long, not the machine too slow.
 const SUBSTEPS_LIMIT: f64 = 1e6;
 
-/// Integrates `window` with substeps of at most `bound_s`.
+/// Substeps to the critical step of the contacts at the window's start, where the scene sets none.
+const SHARE_OF_CRITICAL: f64 = 0.2;
+
+/// The same as a bound of the scene's own substep: beyond it Verlet still is stable, but a contact gains energy.
+const LARGEST_SHARE_OF_CRITICAL: f64 = 0.5;
+
+/// Integrates `window` with substeps of at most the particles' own bound, and a share of the critical step of the contacts.
 ///
 /// The half kick v(t+Δt/2) = v + Δt/2 Ψ(t)/m and the drift are the usual ones. Forces that depend on velocity see the
 /// predicted v + Δt Ψ(t)/m (Groot & Warren 1997 with λ = 1), whose error is second order in Δt, as is then the scheme;
@@ -23,10 +31,14 @@ const SUBSTEPS_LIMIT: f64 = 1e6;
 pub(super) fn advance(
     particles: &Particles,
     state: &State,
-    heat: Option<Heat<'_>>,
+    heat: Option<&Heat>,
     window: Window,
-    bound_s: f64,
 ) -> Result<Trial, SolveError> {
+    let share = match particles.settings.integrator {
+        Integrator::Verlet { substep_s: Some(_) } => LARGEST_SHARE_OF_CRITICAL,
+        _ => SHARE_OF_CRITICAL,
+    };
+    let bound_s = particles.substep_s.min(share * state.critical_s);
     // The margin keeps a window of exactly ten substeps from taking eleven.
     let count = (window.dt_s / bound_s - 1e-9).ceil().max(1.0);
     if count > SUBSTEPS_LIMIT {
@@ -34,37 +46,17 @@ pub(super) fn advance(
         return Ok(Trial::NotConverged(NotConverged { step_factor }));
     }
     let substep_s = window.dt_s / count;
-    let half_over =
-        |inertia: &Vec<f64>| -> Vec<f64> { inertia.iter().map(|inertia| 0.5 * substep_s / inertia).collect() };
-    let kick_per_force = half_over(&particles.masses);
-    let spin_per_moment = half_over(&particles.inertias);
+    let spin = particles.settings.spin;
 
     let mut motion = state.motion.clone();
     let mut velocities = motion.velocities.clone();
     let mut spins = motion.spins.clone();
-    let mut evaluator = Evaluator::new(particles, heat, state.moduli.clone(), Arc::clone(&state.neighbours));
-    let mut forces = particles.start_forces(state, &mut evaluator, substep_s);
+    let mut evaluator = Evaluator::new(particles, state, heat);
+    let mut forces = particles.start_forces(state, &mut evaluator, substep_s)?;
     let mut dissipated = Dissipation::default();
+    let kicks = Kicks { bodies: &state.bodies, half_s: 0.5 * substep_s, spin };
     for substep in 1..=count as u32 {
-        let mut jump = None;
-        for i in 0..velocities.len() {
-            let kick = forces.force[i] * kick_per_force[i];
-            motion.velocities[i] += kick;
-            velocities[i] = motion.velocities[i] + kick;
-            let step = motion.velocities[i] * substep_s;
-            motion.positions[i] += step;
-            if !within(&step, particles.radii[i]) {
-                jump = Some(step.norm() / particles.radii[i]);
-            }
-        }
-        if particles.settings.spin {
-            for i in 0..velocities.len() {
-                let kick = forces.moment[i] * spin_per_moment[i];
-                motion.spins[i] += kick;
-                spins[i] = motion.spins[i] + kick;
-            }
-        }
-        if let Some(ratio) = jump {
+        if let Some(ratio) = kicks.drift(&forces, &mut motion, &mut velocities, &mut spins) {
             motion.check_finite()?;
             return Ok(Trial::NotConverged(NotConverged { step_factor: (1.0 / (ratio * count)).clamp(0.1, 0.9) }));
         }
@@ -72,26 +64,79 @@ pub(super) fn advance(
         let fraction = f64::from(substep) / count;
         let at =
             At { positions: &motion.positions, velocities: &velocities, spins: &spins, fraction, step_s: substep_s };
-        evaluator.evaluate(at, &mut forces);
-        for i in 0..velocities.len() {
-            motion.velocities[i] += forces.force[i] * kick_per_force[i];
-        }
-        if particles.settings.spin {
-            for i in 0..velocities.len() {
-                motion.spins[i] += forces.moment[i] * spin_per_moment[i];
-            }
-        }
+        evaluator.evaluate(at, &mut forces)?;
+        kicks.end(&forces, &mut motion);
         dissipated += Dissipation::over(&dissipation, &forces.dissipation, substep_s);
     }
     motion.check_finite()?;
-    Ok(Trial::Converged(Box::new(Advanced {
-        motion,
-        forces,
-        moduli: evaluator.moduli,
-        neighbours: evaluator.neighbours,
-        dissipated,
-        substeps: count as u32,
-        substep_s,
-        evaluations: evaluator.evaluations,
-    })))
+    Ok(Trial::Converged(Box::new(evaluator.end(motion, forces, dissipated, count as u32, substep_s))))
+}
+
+/// The two halves of a substep.
+struct Kicks<'a> {
+    bodies: &'a Bodies,
+    /// Δt/2 in s.
+    half_s: f64,
+    spin: bool,
+}
+
+impl Kicks<'_> {
+    /// Half kick, drift, and the velocities predicted for the substep's end. Returns how many times its radius a particle
+    /// moved, where one moved more than that.
+    fn drift(&self, forces: &Forces, motion: &mut Motion, velocities: &mut [Vec3], spins: &mut [Vec3]) -> Option<f64> {
+        let chunk = |(chunk, ((positions, at), predicted)): (usize, ((&mut [Vec3], &mut [Vec3]), &mut [Vec3]))| {
+            let mut jump: Option<f64> = None;
+            for (k, i) in (chunk * BLOCK..chunk * BLOCK + positions.len()).enumerate() {
+                let kick = forces.force[i] * (self.half_s / self.bodies.masses[i]);
+                at[k] += kick;
+                predicted[k] = at[k] + kick;
+                let step = at[k] * (2.0 * self.half_s);
+                positions[k] += step;
+                if !within(&step, self.bodies.radii[i]) {
+                    jump = Some(step.norm() / self.bodies.radii[i]);
+                }
+            }
+            jump
+        };
+        let turn = |(chunk, (at, predicted)): (usize, (&mut [Vec3], &mut [Vec3]))| {
+            for (k, i) in (chunk * BLOCK..chunk * BLOCK + at.len()).enumerate() {
+                let kick = forces.moment[i] * (self.half_s / self.bodies.inertias[i]);
+                at[k] += kick;
+                predicted[k] = at[k] + kick;
+            }
+        };
+        let Motion { positions, velocities: at, spins: turning } = motion;
+        if positions.len() > PARALLEL_PARTICLES {
+            if self.spin {
+                turning.par_chunks_mut(BLOCK).zip(spins.par_chunks_mut(BLOCK)).enumerate().for_each(turn);
+            }
+            let chunks = positions.par_chunks_mut(BLOCK).zip(at.par_chunks_mut(BLOCK));
+            let jumps: Vec<Option<f64>> = chunks.zip(velocities.par_chunks_mut(BLOCK)).enumerate().map(chunk).collect();
+            jumps.into_iter().flatten().last()
+        } else {
+            if self.spin {
+                turning.chunks_mut(BLOCK).zip(spins.chunks_mut(BLOCK)).enumerate().for_each(turn);
+            }
+            let chunks = positions.chunks_mut(BLOCK).zip(at.chunks_mut(BLOCK));
+            chunks.zip(velocities.chunks_mut(BLOCK)).enumerate().filter_map(chunk).last()
+        }
+    }
+
+    /// The second half kick.
+    fn end(&self, forces: &Forces, motion: &mut Motion) {
+        let kick = |(chunk, (velocities, spins)): (usize, (&mut [Vec3], &mut [Vec3]))| {
+            for (k, i) in (chunk * BLOCK..chunk * BLOCK + velocities.len()).enumerate() {
+                velocities[k] += forces.force[i] * (self.half_s / self.bodies.masses[i]);
+                if self.spin {
+                    spins[k] += forces.moment[i] * (self.half_s / self.bodies.inertias[i]);
+                }
+            }
+        };
+        let Motion { velocities, spins, .. } = motion;
+        if velocities.len() > PARALLEL_PARTICLES {
+            velocities.par_chunks_mut(BLOCK).zip(spins.par_chunks_mut(BLOCK)).enumerate().for_each(kick);
+        } else {
+            velocities.chunks_mut(BLOCK).zip(spins.chunks_mut(BLOCK)).enumerate().for_each(kick);
+        }
+    }
 }

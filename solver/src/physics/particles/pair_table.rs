@@ -1,0 +1,118 @@
+//! The contact laws of every pair of materials.
+
+use super::{
+    contact::{Law, Normal as _},
+    settings::{ContactLaw, Friction, Settings},
+};
+
+/// Coefficients of the contact of two materials.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct PairLaw {
+    /// Normal damping c_cd, in N s/m³.
+    pub damping_n_s_m3: f64,
+    /// ζ√(2q) of the restitution coefficient; 0 is none.
+    pub restitution: f64,
+    /// Whether anything needs √(m* F/δ).
+    pub has_impedance: bool,
+    /// μ_s.
+    pub static_friction: f64,
+    /// μ_d.
+    pub dynamic_friction: f64,
+    /// K_f of the regularised law, in N/m³.
+    pub friction_stiffness_n_m3: f64,
+    /// k_t of the tangential spring over F/δ.
+    pub tangential: f64,
+    /// ζ√(2qκ) of the tangential damper, κ the ratio of the tangential stiffness to the normal one.
+    pub tangential_damping: f64,
+    /// Coefficient of rolling resistance.
+    pub rolling: f64,
+    /// Coefficient of torsion resistance.
+    pub torsion: f64,
+}
+
+/// Laws by pairs of materials; walls are materials too, after those of the particles.
+#[derive(Clone, Debug)]
+pub(super) struct PairTable {
+    materials: usize,
+    laws: Vec<PairLaw>,
+}
+
+impl PairTable {
+    /// The table of `settings`, which are in their ranges.
+    pub fn new(settings: &Settings, law: Law) -> Self {
+        let materials = 1;
+        let general = general(settings, law);
+        Self { materials, laws: vec![general; materials * materials] }
+    }
+
+    /// Coefficients for materials i and j.
+    #[inline(always)]
+    pub fn get(&self, i: u16, j: u16) -> &PairLaw {
+        &self.laws[i as usize * self.materials + j as usize]
+    }
+
+    /// The one law of a scene with one material.
+    #[inline]
+    pub fn only(&self) -> Option<&PairLaw> {
+        (self.materials == 1).then(|| &self.laws[0])
+    }
+
+    /// All laws.
+    pub fn laws(&self) -> &[PairLaw] {
+        &self.laws
+    }
+}
+
+fn general(settings: &Settings, law: Law) -> PairLaw {
+    let q = law.power();
+    let damping_ratio = settings.contact.restitution.map_or(0.0, damping_ratio);
+    let mut pair = PairLaw {
+        damping_n_s_m3: settings.contact.damping_n_s_m3,
+        restitution: damping_ratio * (2.0 * q).sqrt(),
+        ..PairLaw::default()
+    };
+    match settings.friction {
+        None => {}
+        Some(Friction::Regularised { stiffness_n_m3, static_coefficient, dynamic_coefficient }) => {
+            pair.friction_stiffness_n_m3 = stiffness_n_m3;
+            (pair.static_friction, pair.dynamic_friction) = (static_coefficient, dynamic_coefficient);
+        }
+        Some(Friction::Spring { stiffness_ratio, damping_ratio: own, static_coefficient, dynamic_coefficient }) => {
+            let ratio = stiffness_ratio.unwrap_or_else(|| default_ratio(settings.contact.law));
+            pair.tangential = ratio * (q - 1.0);
+            pair.tangential_damping = own.unwrap_or(damping_ratio) * (2.0 * q * ratio).sqrt();
+            (pair.static_friction, pair.dynamic_friction) = (static_coefficient, dynamic_coefficient);
+        }
+    }
+    if let Some(rolling) = settings.rolling {
+        (pair.rolling, pair.torsion) = (rolling.rolling, rolling.torsion);
+    }
+    pair.has_impedance = pair.restitution > 0.0 || pair.tangential_damping > 0.0;
+    pair
+}
+
+/// Damping ratio ζ of a restitution coefficient e in (0, 1]: −ln e/√(π² + ln² e) (linear spring, exact).
+pub(super) fn damping_ratio(restitution: f64) -> f64 {
+    let logarithm = restitution.ln();
+    -logarithm / std::f64::consts::PI.hypot(logarithm)
+}
+
+/// Ratio of tangential to normal stiffness: Mindlin's 2(1−ν)/(2−ν) of Hertz's law, 2/7 of the others, with which a linear
+/// contact's sliding and pressing last equally long (Schäfer, Dippel & Wolf 1996).
+fn default_ratio(law: ContactLaw) -> f64 {
+    match law {
+        ContactLaw::Hertz { poisson, .. } => 2.0 * (1.0 - poisson) / (2.0 - poisson),
+        ContactLaw::Overlap { .. } | ContactLaw::Linear { .. } => 2.0 / 7.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::damping_ratio;
+
+    #[test]
+    fn half_of_the_speed_is_left_at_a_damping_ratio_of_0_215454() {
+        assert!((damping_ratio(0.5) - 0.215_454).abs() < 5e-7);
+        assert!(damping_ratio(1.0).abs() < f64::EPSILON);
+    }
+}

@@ -1,0 +1,147 @@
+//! The tangential springs of the contacts: what a contact remembers from step to step.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Vec3, blocks::Block, wall_list::WallEntry};
+
+/// Springs of one block, entry by entry of its lists.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Springs {
+    pairs: Vec<Vec3>,
+    /// Whether the pair touched at the last evaluation.
+    touching: Vec<bool>,
+    walls: Vec<Vec3>,
+    touching_walls: Vec<bool>,
+}
+
+impl Springs {
+    /// No contact yet among so many pairs and walls.
+    pub fn none(pairs: usize, walls: usize) -> Self {
+        Self {
+            pairs: vec![Vec3::zeros(); pairs],
+            touching: vec![false; pairs],
+            walls: vec![Vec3::zeros(); walls],
+            touching_walls: vec![false; walls],
+        }
+    }
+
+    /// The spring of a pair that touches.
+    #[inline(always)]
+    pub fn meet(&mut self, entry: usize) -> &mut Vec3 {
+        self.touching[entry] = true;
+        &mut self.pairs[entry]
+    }
+
+    /// A pair that does not touch forgets.
+    #[inline(always)]
+    pub fn part(&mut self, entry: usize) {
+        if self.touching[entry] {
+            self.touching[entry] = false;
+            self.pairs[entry] = Vec3::zeros();
+        }
+    }
+
+    /// The spring of a wall contact.
+    #[inline]
+    pub fn meet_wall(&mut self, entry: usize) -> &mut Vec3 {
+        self.touching_walls[entry] = true;
+        &mut self.walls[entry]
+    }
+
+    /// A wall that is not touched is forgotten.
+    #[inline]
+    pub fn part_wall(&mut self, entry: usize) {
+        if self.touching_walls[entry] {
+            self.touching_walls[entry] = false;
+            self.walls[entry] = Vec3::zeros();
+        }
+    }
+
+    /// Displacement of the spring of a pair, in m.
+    pub fn pair(&self, entry: usize) -> &Vec3 {
+        &self.pairs[entry]
+    }
+
+    /// Displacement of the spring of a wall contact, in m.
+    pub fn wall(&self, entry: usize) -> &Vec3 {
+        &self.walls[entry]
+    }
+}
+
+/// Springs by particle, whatever lists they came from.
+pub(super) struct Remembered {
+    /// First spring of each particle with a partner of a higher number, and one past the last.
+    starts: Vec<u32>,
+    pairs: Vec<(u32, Vec3)>,
+    wall_starts: Vec<u32>,
+    walls: Vec<([u32; 2], Vec3)>,
+}
+
+/// Entries by their particle (a counting sort), in the order they come.
+fn by_particle<T: Copy>(count: usize, entries: &[(u32, T)], fill: T) -> (Vec<u32>, Vec<T>) {
+    let mut starts = vec![0u32; count + 1];
+    for (particle, _) in entries {
+        starts[*particle as usize + 1] += 1;
+    }
+    for particle in 0..count {
+        starts[particle + 1] += starts[particle];
+    }
+    let mut next = starts.clone();
+    let mut sorted = vec![fill; entries.len()];
+    for &(particle, value) in entries {
+        let place = &mut next[particle as usize];
+        sorted[*place as usize] = value;
+        *place += 1;
+    }
+    (starts, sorted)
+}
+
+impl Remembered {
+    /// Collects the springs of all contacts; `place` says where a particle of the old numbers is now, `None` that it is gone.
+    pub fn collect<'a>(
+        count: usize,
+        blocks: impl Iterator<Item = (&'a Block, &'a [WallEntry], &'a Springs)>,
+        place: impl Fn(u32) -> Option<u32>,
+    ) -> Self {
+        let (mut pairs, mut walls) = (Vec::new(), Vec::new());
+        for (block, wall_entries, springs) in blocks {
+            for (entry, [i, j]) in block.pairs().enumerate().filter(|(entry, _)| springs.touching[*entry]) {
+                if let (Some(i), Some(j)) = (place(i), place(j)) {
+                    let spring = springs.pairs[entry];
+                    // Seen from the partner, the same spring points the other way.
+                    pairs.push(if i < j { (i, (j, spring)) } else { (j, (i, -spring)) });
+                }
+            }
+            for (entry, wall) in wall_entries.iter().enumerate().filter(|(entry, _)| springs.touching_walls[*entry]) {
+                if let Some(i) = place(block.first + wall.particle) {
+                    walls.push((i, (wall.key(), springs.walls[entry])));
+                }
+            }
+        }
+        let (starts, pairs) = by_particle(count, &pairs, (0, Vec3::zeros()));
+        let (wall_starts, walls) = by_particle(count, &walls, ([0; 2], Vec3::zeros()));
+        Self { starts, pairs, wall_starts, walls }
+    }
+
+    /// The springs of a block of new lists.
+    pub fn recall(&self, block: &Block, walls: &[WallEntry]) -> Springs {
+        let mut springs = Springs::none(block.partners.len(), walls.len());
+        for (entry, [i, j]) in block.pairs().enumerate() {
+            let (low, high) = (i.min(j), i.max(j));
+            let known = &self.pairs[self.starts[low as usize] as usize..self.starts[low as usize + 1] as usize];
+            if let Some((_, spring)) = known.iter().find(|(partner, _)| *partner == high) {
+                springs.touching[entry] = true;
+                springs.pairs[entry] = if i < j { *spring } else { -spring };
+            }
+        }
+        for (entry, wall) in walls.iter().enumerate() {
+            let i = (block.first + wall.particle) as usize;
+            let known = &self.walls[self.wall_starts[i] as usize..self.wall_starts[i + 1] as usize];
+            if let Some((_, spring)) = known.iter().find(|(key, _)| *key == wall.key()) {
+                springs.touching_walls[entry] = true;
+                springs.walls[entry] = *spring;
+            }
+        }
+        springs
+    }
+}
