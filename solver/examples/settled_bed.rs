@@ -18,7 +18,7 @@ use stagger_solver::{
 
 const STEP_S: f64 = 5e-6;
 /// Steps a window: what the particles keep to themselves before anybody else may look.
-const STEPS_PER_WINDOW: u64 = 10;
+const STEPS_PER_WINDOW: u64 = 100;
 const RADIUS_M: f64 = 0.5e-3;
 
 fn main() -> ExitCode {

@@ -19,6 +19,8 @@ pub(super) struct Block {
     pub first: u32,
     /// First entry of each particle's pairs, and one past the last.
     pub starts: Vec<u32>,
+    /// Place in the block of each pair's owner.
+    pub owners: Vec<u32>,
     /// Partner of each pair.
     pub partners: Vec<u32>,
     /// Where the load on the partner goes: its place in the block, or that in the halo after the block's own.
@@ -41,7 +43,9 @@ impl Block {
             Err(_) => partner - first as u32,
         };
         let slots = partners.iter().map(slot).collect();
-        Self { first: first as u32, starts, partners, slots, halo, incoming: Vec::new() }
+        let rows = starts.array_windows::<2>().zip(0u32..);
+        let owners = rows.flat_map(|([from, until], k)| std::iter::repeat_n(k, (until - from) as usize)).collect();
+        Self { first: first as u32, starts, owners, partners, slots, halo, incoming: Vec::new() }
     }
 
     /// Its particles.
@@ -54,16 +58,9 @@ impl Block {
         self.starts.len().saturating_sub(1)
     }
 
-    /// Entries of the pairs of its k-th particle.
-    #[inline]
-    pub fn entries(&self, k: usize) -> Range<usize> {
-        self.starts[k] as usize..self.starts[k + 1] as usize
-    }
-
     /// Its pairs: particle and partner, in the order of their entries.
     pub fn pairs(&self) -> impl Iterator<Item = [u32; 2]> + '_ {
-        let rows = (0..self.len()).zip(self.first..);
-        rows.flat_map(|(k, i)| self.partners[self.entries(k)].iter().map(move |&j| [i, j]))
+        self.owners.iter().zip(&self.partners).map(|(owner, &partner)| [self.first + owner, partner])
     }
 }
 

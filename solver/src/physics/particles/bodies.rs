@@ -36,6 +36,11 @@ impl Bodies {
         }
     }
 
+    /// Whether all have one radius and mass.
+    pub fn alike(&self) -> bool {
+        one(&self.radii) && one(&self.masses)
+    }
+
     /// Number of particles.
     pub fn len(&self) -> usize {
         self.rows.len()
@@ -54,6 +59,11 @@ impl Bodies {
     pub fn in_memory<T: Copy>(&self, rows: &[T]) -> Vec<T> {
         self.rows.iter().map(|&row| rows[row as usize]).collect()
     }
+}
+
+/// Whether all values are the same.
+pub(super) fn one(values: &[f64]) -> bool {
+    values.array_windows().all(|[a, b]| a.to_bits() == b.to_bits())
 }
 
 /// `values` with `values[order[k]]` in place k.

@@ -1,17 +1,23 @@
 //! What a contact does, whichever laws its forces follow.
 
 use super::{
-    Vec3, hertz::Hertz, linear::Linear, monograph_bond::MonographBond, overlap::Overlap, pair_table::PairLaw,
-    rolling::resist, settings::ContactLaw,
+    hertz::Hertz,
+    lanes::{Real, Triple},
+    linear::Linear,
+    monograph_bond::MonographBond,
+    overlap::Overlap,
+    pair_table::PairLaw,
+    rolling::resist,
+    settings::ContactLaw,
 };
 
 /// Stiffness over the modulus, and area of a contact.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Touch {
+pub(super) struct Touch<R> {
     /// Elastic force over overlap and modulus: in m where the modulus is a pressure, 1 where it is N/m.
-    pub secant: f64,
+    pub secant: R,
     /// Contact area A in m².
-    pub area_m2: f64,
+    pub area_m2: R,
 }
 
 /// A law of the normal force: elastic force = modulus · secant(δ) · δ.
@@ -22,13 +28,13 @@ pub(super) trait Normal: Copy + Send + Sync {
     fn power(self) -> f64;
 
     /// Modulus of two particles in contact. That of a particle at a rigid wall is its own.
-    fn pair_modulus(self, modulus_i: f64, modulus_j: f64) -> f64;
+    fn pair_modulus<R: Real>(self, modulus_i: R, modulus_j: R) -> R;
 
     /// Two particles at centre distance d with overlap δ > 0.
-    fn pair(self, overlap: f64, distance: f64, radius_i: f64, radius_j: f64) -> Touch;
+    fn pair<R: Real>(self, overlap: R, distance: R, radius_i: R, radius_j: R) -> Touch<R>;
 
     /// A particle that overlaps a wall by δ > 0.
-    fn wall(self, overlap: f64, radius: f64) -> Touch;
+    fn wall<R: Real>(self, overlap: R, radius: R) -> Touch<R>;
 }
 
 /// Law of the normal force.
@@ -65,15 +71,15 @@ impl Normal for Law {
         of_law!(self, law => law.power())
     }
 
-    fn pair_modulus(self, modulus_i: f64, modulus_j: f64) -> f64 {
+    fn pair_modulus<R: Real>(self, modulus_i: R, modulus_j: R) -> R {
         of_law!(self, law => law.pair_modulus(modulus_i, modulus_j))
     }
 
-    fn pair(self, overlap: f64, distance: f64, radius_i: f64, radius_j: f64) -> Touch {
+    fn pair<R: Real>(self, overlap: R, distance: R, radius_i: R, radius_j: R) -> Touch<R> {
         of_law!(self, law => law.pair(overlap, distance, radius_i, radius_j))
     }
 
-    fn wall(self, overlap: f64, radius: f64) -> Touch {
+    fn wall<R: Real>(self, overlap: R, radius: R) -> Touch<R> {
         of_law!(self, law => law.wall(overlap, radius))
     }
 }
@@ -118,9 +124,9 @@ impl Law {
     }
 }
 
-/// a b/(a + b) of two positive numbers: reduced mass, reduced radius.
+/// a b/(a + b) of two positive numbers: reduced mass, reduced radius, and the like.
 #[inline(always)]
-pub(super) fn reduced(a: f64, b: f64) -> f64 {
+pub(super) fn reduced<R: Real>(a: R, b: R) -> R {
     a * b / (a + b)
 }
 
@@ -133,31 +139,31 @@ pub(super) trait Tangential: Copy + Send + Sync {
     /// Whether a contact remembers a spring.
     const REMEMBERS: bool;
 
-    /// Tangential force on i in N, where its partner's contact point moves at `sliding` (in m/s, normal to n) past its own.
+    /// Tangential force on i in N, where its partner's contact point slides past its own, and the spring that is left.
     ///
     /// `spring` is the contact's tangential displacement in m, which the law turns into the plane of contact and advances.
-    fn force(self, law: &PairLaw, slip: &Slip, spring: &mut Vec3) -> Vec3;
+    fn force<R: Real>(self, law: &PairLaw<R>, slip: &Slip<R>, spring: Triple<R>) -> (Triple<R>, Triple<R>);
 }
 
 /// What a tangential law sees.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Slip {
+pub(super) struct Slip<R> {
     /// Velocity of the partner's contact point past that of i, normal to n, in m/s.
-    pub velocity: Vec3,
+    pub velocity: Triple<R>,
     /// n.
-    pub normal: Vec3,
+    pub normal: Triple<R>,
     /// A in m².
-    pub area_m2: f64,
+    pub area_m2: R,
     /// Elastic normal force, in N.
-    pub elastic_n: f64,
+    pub elastic_n: R,
     /// Elastic and damping force together, in N; not negative.
-    pub pressing_n: f64,
+    pub pressing_n: R,
     /// Elastic force over overlap, in N/m.
-    pub secant_n_m: f64,
+    pub secant_n_m: R,
     /// √(m* secant), in kg/s.
-    pub impedance_kg_s: f64,
+    pub impedance_kg_s: R,
     /// Δt in s.
-    pub step_s: f64,
+    pub step_s: R,
 }
 
 /// What all contacts of a scene have in common beside their laws.
@@ -173,43 +179,49 @@ pub(super) struct Surface {
 
 /// Two bodies that touch; quantities are of the partner relative to i.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Meeting {
+pub(super) struct Meeting<R> {
     /// n, from i to its partner.
-    pub normal: Vec3,
+    pub normal: Triple<R>,
     /// δ in m.
-    pub overlap: f64,
-    /// Overlap strain E.
-    pub strain: f64,
-    pub touch: Touch,
+    pub overlap: R,
+    /// Overlap δ over overlap strain E, in m.
+    pub length: R,
+    pub touch: Touch<R>,
     /// Pa, or N/m for the linear law.
-    pub modulus: f64,
+    pub modulus: R,
     /// m* in kg.
-    pub reduced_mass: f64,
+    pub reduced_mass: R,
     /// v_j − v_i in m/s.
-    pub velocity: Vec3,
+    pub velocity: Triple<R>,
     /// R_i ω_i + R_j ω_j in m/s.
-    pub rolling: Vec3,
+    pub rolling: Triple<R>,
     /// ω_j − ω_i in rad/s.
-    pub turning: Vec3,
-    /// Reduced moment of inertia, in kg m²; only where some pair rolls.
-    pub reduced_inertia: f64,
+    pub turning: Triple<R>,
+    /// Reduced moment of inertia, in kg m².
+    pub reduced_inertia: R,
+    /// Tangential spring, in m.
+    pub spring: Triple<R>,
+    /// Δt in s.
+    pub step_s: R,
 }
 
 /// Force, moments and dissipation of one contact.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Response {
+pub(super) struct Response<R> {
     /// Force on particle i, in N; the partner feels the opposite.
-    pub force: Vec3,
+    pub force: Triple<R>,
     /// n × tangential force, in N: the moment on either particle is this times its radius.
-    pub couple: Vec3,
+    pub couple: Triple<R>,
     /// Moment against rolling and torsion on particle i, in N m; the partner feels the opposite.
-    pub resistance: Vec3,
+    pub resistance: Triple<R>,
+    /// The tangential spring that is left, in m.
+    pub spring: Triple<R>,
     /// Power lost to normal damping, in W.
-    pub damping_w: f64,
+    pub damping_w: R,
     /// Power that goes into the tangential force, in W: lost to friction, or held in its spring.
-    pub friction_w: f64,
+    pub friction_w: R,
     /// Power lost to rolling and torsion, in W.
-    pub rolling_w: f64,
+    pub rolling_w: R,
 }
 
 impl Surface {
@@ -220,58 +232,58 @@ impl Surface {
     /// `rolling` is R_i ω_i + R_j ω_j: the contact points move at v + ω × (R n), so their relative velocity is that of the
     /// centres less `rolling` × n.
     #[inline(always)]
-    pub fn respond<T: Tangential>(
+    pub fn respond<R: Real, T: Tangential>(
         &self,
         tangential: T,
-        law: &PairLaw,
-        meeting: &Meeting,
-        step_s: f64,
-        spring: &mut Vec3,
-    ) -> Response {
-        let Meeting { normal, touch, velocity, .. } = meeting;
+        law: &PairLaw<R>,
+        meeting: &Meeting<R>,
+    ) -> Response<R> {
+        let Meeting { normal, touch, velocity, .. } = *meeting;
+        let zero = meeting.overlap.all(0.0);
         let secant_n_m = meeting.modulus * touch.secant;
         let elastic_n = secant_n_m * meeting.overlap;
         let opening = velocity.dot(normal);
-        let impedance_kg_s = if law.has_impedance { (meeting.reduced_mass * secant_n_m).sqrt() } else { 0.0 };
+        let impedance_kg_s = if law.has_impedance { (meeting.reduced_mass * secant_n_m).sqrt() } else { zero };
         let damping_n = (law.damping_n_s_m3 * touch.area_m2 + law.restitution * impedance_kg_s) * opening;
+        let nothing = Triple::zero(zero);
         let mut response = Response {
             force: normal * (damping_n - elastic_n),
-            couple: Vec3::zeros(),
-            resistance: Vec3::zeros(),
+            couple: nothing,
+            resistance: nothing,
+            spring: meeting.spring,
             damping_w: damping_n * opening,
-            friction_w: 0.0,
-            rolling_w: 0.0,
+            friction_w: zero,
+            rolling_w: zero,
         };
         if T::ACTS || self.bond.is_some() {
             let mut sliding = velocity - normal * opening;
             if self.spin {
-                sliding -= meeting.rolling.cross(normal);
+                sliding = sliding - meeting.rolling.cross(normal);
             }
             let slip = Slip {
                 velocity: sliding,
-                normal: *normal,
+                normal,
                 area_m2: touch.area_m2,
                 elastic_n,
-                pressing_n: (elastic_n - damping_n).max(0.0),
+                pressing_n: (elastic_n - damping_n).most(zero),
                 secant_n_m,
                 impedance_kg_s,
-                step_s,
+                step_s: meeting.step_s,
             };
-            let mut along = tangential.force(law, &slip, spring);
-            if let Some(bond) = &self.bond
-                && let Some(attraction_n) = bond.attraction(meeting.strain, touch.area_m2)
-            {
+            let (mut along, spring) = tangential.force(law, &slip, meeting.spring);
+            response.spring = spring;
+            if let Some(bond) = &self.bond {
+                let (attraction_n, shear) = bond.force(meeting.overlap / meeting.length, &slip);
                 response.force += normal * attraction_n;
-                along += bond.shear(&slip);
+                along += shear;
             }
             response.force += along;
-            response.couple = normal.cross(&along);
-            response.friction_w = along.dot(&sliding);
+            response.couple = normal.cross(along);
+            response.friction_w = along.dot(sliding);
         }
         if self.rolls {
-            let resistance = resist(law, meeting, elastic_n, step_s);
-            response.rolling_w = resistance.dot(&meeting.turning);
-            response.resistance = resistance;
+            response.resistance = resist(law, meeting, elastic_n);
+            response.rolling_w = response.resistance.dot(meeting.turning);
         }
         response
     }

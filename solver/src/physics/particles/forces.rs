@@ -7,7 +7,8 @@ use rayon::prelude::*;
 use super::{
     PARALLEL_PARTICLES, Particles, Vec3,
     blocks::BLOCK,
-    kernel::{Bed, Body, Load, Place},
+    bodies::one,
+    kernel::{Bed, Body, Load, Place, Task},
     lists::Lists,
     springs::Springs,
     state::{Advanced, Dissipation, Forces, Motion, State},
@@ -26,6 +27,8 @@ pub(super) struct Evaluator<'a> {
     heat: Option<&'a Heat>,
     radii: &'a [f64],
     materials: &'a [u16],
+    /// Whether the particles have one radius, mass and modulus at the window's start.
+    alike: bool,
     /// Moduli at the last evaluation.
     moduli: Vec<f64>,
     /// The lists at the last evaluation.
@@ -43,6 +46,7 @@ pub(super) struct Evaluator<'a> {
 #[derive(Default)]
 struct Scratch {
     loads: Vec<Load>,
+    touching: Vec<u32>,
     dissipation: Dissipation,
 }
 
@@ -72,6 +76,7 @@ impl<'a> Evaluator<'a> {
             heat,
             radii: &state.bodies.radii,
             materials: &state.bodies.materials,
+            alike: state.bodies.alike() && one(&state.moduli),
             moduli: state.moduli.clone(),
             lists: Arc::clone(&state.lists),
             springs: state.springs.clone(),
@@ -157,6 +162,7 @@ impl<'a> Evaluator<'a> {
             places: &self.places,
             bodies: &self.bodies,
             materials: self.materials,
+            alike: self.alike && self.heat.is_none(),
             step_s,
         };
         let lists = &self.lists;
@@ -166,7 +172,9 @@ impl<'a> Evaluator<'a> {
             scratch.loads.clear();
             scratch.loads.resize(block.len() + block.halo.len(), Load::none());
             scratch.dissipation = bed.fields(block.range(), &mut scratch.loads);
-            scratch.dissipation += bed.contacts(block, &lists.walls[index], springs, &mut scratch.loads);
+            let Scratch { loads, touching, dissipation } = scratch;
+            let walls = &lists.walls[index];
+            *dissipation += bed.contacts(Task { block, walls, springs, loads, touching });
         };
         if self.places.len() > PARALLEL_PARTICLES {
             self.scratch.par_iter_mut().zip(&mut self.springs).enumerate().for_each(work);

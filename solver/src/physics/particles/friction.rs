@@ -1,6 +1,6 @@
 use super::{
-    Vec3,
     contact::{Slip, Tangential},
+    lanes::{Real, Triple},
     pair_table::PairLaw,
 };
 
@@ -13,8 +13,8 @@ impl Tangential for Frictionless {
     const REMEMBERS: bool = false;
 
     #[inline(always)]
-    fn force(self, _: &PairLaw, _: &Slip, _: &mut Vec3) -> Vec3 {
-        Vec3::zeros()
+    fn force<R: Real>(self, _: &PairLaw<R>, slip: &Slip<R>, spring: Triple<R>) -> (Triple<R>, Triple<R>) {
+        (Triple::zero(slip.elastic_n), spring)
     }
 }
 
@@ -30,14 +30,12 @@ impl Tangential for Regularised {
     const REMEMBERS: bool = false;
 
     #[inline(always)]
-    fn force(self, law: &PairLaw, slip: &Slip, _: &mut Vec3) -> Vec3 {
-        let speed = slip.velocity.norm();
-        if speed <= 0.0 {
-            return Vec3::zeros();
-        }
+    fn force<R: Real>(self, law: &PairLaw<R>, slip: &Slip<R>, spring: Triple<R>) -> (Triple<R>, Triple<R>) {
+        let speed = slip.velocity.dot(slip.velocity).sqrt();
         let stick_n = law.friction_stiffness_n_m3 * speed * slip.area_m2 * slip.step_s;
-        let sticks = stick_n < law.static_friction * slip.elastic_n;
-        let magnitude_n = if sticks { stick_n } else { law.dynamic_friction * slip.elastic_n };
-        slip.velocity * (magnitude_n / speed)
+        let sticks = stick_n.below(law.static_friction * slip.elastic_n);
+        let magnitude_n = R::choose(sticks, stick_n, law.dynamic_friction * slip.elastic_n);
+        // At rest the velocity, and so the force, is zero.
+        (slip.velocity * (magnitude_n / speed.most(speed.all(f64::MIN_POSITIVE))), spring)
     }
 }

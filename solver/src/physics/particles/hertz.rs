@@ -1,6 +1,9 @@
 use std::f64::consts::PI;
 
-use super::contact::{Normal, Touch, reduced};
+use super::{
+    contact::{Normal, Touch, reduced},
+    lanes::Real,
+};
 
 /// Hertz's law of elastic spheres, 4/3 √R* E* δ^{3/2} with a² = R* δ (Hertz 1882; Zohdi 2018, eqs. 6.58–6.59).
 ///
@@ -16,19 +19,19 @@ impl Normal for Hertz {
 
     /// E* of two particles, in Pa; zero where both have softened to nothing.
     #[inline(always)]
-    fn pair_modulus(self, modulus_i: f64, modulus_j: f64) -> f64 {
+    fn pair_modulus<R: Real>(self, modulus_i: R, modulus_j: R) -> R {
         let sum = modulus_i + modulus_j;
-        if sum > 0.0 { modulus_i * modulus_j / sum } else { 0.0 }
+        modulus_i * modulus_j / sum.most(sum.all(f64::MIN_POSITIVE))
     }
 
     #[inline(always)]
-    fn pair(self, overlap: f64, _: f64, radius_i: f64, radius_j: f64) -> Touch {
-        Self::touch(overlap, reduced(radius_i, radius_j), radius_i.min(radius_j))
+    fn pair<R: Real>(self, overlap: R, _: R, radius_i: R, radius_j: R) -> Touch<R> {
+        Self::touch(overlap, reduced(radius_i, radius_j), radius_i.least(radius_j))
     }
 
     /// R_j = ∞, and the wall is rigid.
     #[inline(always)]
-    fn wall(self, overlap: f64, radius: f64) -> Touch {
+    fn wall<R: Real>(self, overlap: R, radius: R) -> Touch<R> {
         Self::touch(overlap, radius, radius)
     }
 }
@@ -40,11 +43,11 @@ impl Hertz {
     }
 
     #[inline(always)]
-    fn touch(overlap: f64, reduced_radius: f64, smaller_radius: f64) -> Touch {
+    fn touch<R: Real>(overlap: R, reduced_radius: R, smaller_radius: R) -> Touch<R> {
         let contact_radius_squared = reduced_radius * overlap;
         Touch {
-            secant: 4.0 / 3.0 * contact_radius_squared.sqrt(),
-            area_m2: PI * contact_radius_squared.min(smaller_radius * smaller_radius),
+            secant: overlap.all(4.0 / 3.0) * contact_radius_squared.sqrt(),
+            area_m2: overlap.all(PI) * contact_radius_squared.least(smaller_radius * smaller_radius),
         }
     }
 

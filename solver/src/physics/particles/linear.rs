@@ -1,5 +1,6 @@
 use super::{
     contact::{Normal, Touch},
+    lanes::Real,
     overlap::Overlap,
 };
 
@@ -15,17 +16,17 @@ impl Normal for Linear {
     }
 
     #[inline(always)]
-    fn pair_modulus(self, modulus_i: f64, modulus_j: f64) -> f64 {
-        0.5 * (modulus_i + modulus_j)
+    fn pair_modulus<R: Real>(self, modulus_i: R, modulus_j: R) -> R {
+        (modulus_i + modulus_j) * modulus_i.all(0.5)
     }
 
     #[inline(always)]
-    fn pair(self, overlap: f64, distance: f64, radius_i: f64, radius_j: f64) -> Touch {
-        Touch { secant: 1.0, area_m2: Overlap::Square.pair(overlap, distance, radius_i, radius_j).area_m2 }
+    fn pair<R: Real>(self, overlap: R, distance: R, radius_i: R, radius_j: R) -> Touch<R> {
+        Touch { secant: overlap.all(1.0), ..Overlap::Square.pair(overlap, distance, radius_i, radius_j) }
     }
 
     #[inline(always)]
-    fn wall(self, overlap: f64, radius: f64) -> Touch {
-        Touch { secant: 1.0, area_m2: Overlap::Square.wall(overlap, radius).area_m2 }
+    fn wall<R: Real>(self, overlap: R, radius: R) -> Touch<R> {
+        Touch { secant: overlap.all(1.0), ..Overlap::Square.wall(overlap, radius) }
     }
 }

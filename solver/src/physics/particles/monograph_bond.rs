@@ -1,4 +1,9 @@
-use super::{Vec3, contact::Slip, quadrature, settings::OverlapBond};
+use super::{
+    contact::Slip,
+    lanes::{Real, Triple},
+    quadrature,
+    settings::OverlapBond,
+};
 
 /// The monograph's bond of particles that overlap (Zohdi 2018, eqs. 6.16–6.17), without a memory: it forms and breaks with the
 /// overlap strain E.
@@ -8,20 +13,24 @@ pub(super) struct MonographBond {
 }
 
 impl MonographBond {
-    /// Normal attraction K_nb |E|^{p_b} A in N; `None` below the strain E* at which the bond forms.
+    /// Normal attraction K_nb |E|^{p_b} A in N and tangential force K_rb ‖v_τ‖ A Δt along the sliding; both zero below the
+    /// strain E* at which the bond forms.
     #[inline(always)]
-    pub fn attraction(&self, strain: f64, area_m2: f64) -> Option<f64> {
-        let OverlapBond { stiffness_pa, exponent, strain: threshold, .. } = self.settings;
-        (strain >= threshold).then(|| {
-            let power = if (exponent - 2.0).abs() < f64::EPSILON { strain * strain } else { strain.powf(exponent) };
-            stiffness_pa * power * area_m2
-        })
+    pub fn force<R: Real>(&self, strain: R, slip: &Slip<R>) -> (R, Triple<R>) {
+        let OverlapBond { shear_stiffness_n_m3, strain: threshold, .. } = self.settings;
+        let zero = strain.all(0.0);
+        let open = strain.below(strain.all(threshold));
+        let attraction_n = R::choose(open, zero, self.attraction(strain, slip.area_m2));
+        let shear = strain.all(shear_stiffness_n_m3) * slip.area_m2 * slip.step_s;
+        (attraction_n, slip.velocity * R::choose(open, zero, shear))
     }
 
-    /// Tangential force K_rb ‖v_τ‖ A Δt along the sliding, in N.
     #[inline(always)]
-    pub fn shear(&self, slip: &Slip) -> Vec3 {
-        slip.velocity * (self.settings.shear_stiffness_n_m3 * slip.area_m2 * slip.step_s)
+    fn attraction<R: Real>(&self, strain: R, area_m2: R) -> R {
+        let OverlapBond { stiffness_pa, exponent, .. } = self.settings;
+        let square = (exponent - 2.0).abs() < f64::EPSILON;
+        let power = if square { strain * strain } else { strain.power(exponent) };
+        strain.all(stiffness_pa) * power * area_m2
     }
 
     /// Potential of the attraction in J, negative where bonded: −∫ K_nb |E|^{p_b} A dδ from E* on; `length` is δ/E,
@@ -34,7 +43,7 @@ impl MonographBond {
         }
         let force = |share: f64| {
             let delta = start + share * depth;
-            self.attraction(delta / length, area(delta)).unwrap_or(0.0)
+            self.attraction(delta / length, area(delta))
         };
         -depth * quadrature::over_unit_interval(force)
     }

@@ -2,6 +2,7 @@ use std::f64::consts::PI;
 
 use super::{
     contact::{Normal, Touch},
+    lanes::Real,
     quadrature,
 };
 
@@ -39,10 +40,10 @@ impl Overlap {
     }
 
     #[inline(always)]
-    fn touch(self, overlap: f64, length: f64, area_m2: f64) -> Touch {
+    fn touch<R: Real>(self, overlap: R, length: R, area_m2: R) -> Touch<R> {
         let secant = match self {
             Self::Square => overlap * area_m2 / (length * length),
-            Self::Power(exponent) => (overlap / length).powf(exponent) * area_m2 / overlap,
+            Self::Power(exponent) => (overlap / length).power(exponent) * area_m2 / overlap,
         };
         Touch { secant, area_m2 }
     }
@@ -90,29 +91,30 @@ impl Normal for Overlap {
 
     /// The mean (eq. 6.34).
     #[inline(always)]
-    fn pair_modulus(self, modulus_i: f64, modulus_j: f64) -> f64 {
-        0.5 * (modulus_i + modulus_j)
+    fn pair_modulus<R: Real>(self, modulus_i: R, modulus_j: R) -> R {
+        (modulus_i + modulus_j) * modulus_i.all(0.5)
     }
 
     #[inline(always)]
-    fn pair(self, overlap: f64, distance: f64, radius_i: f64, radius_j: f64) -> Touch {
-        let area_m2 = PI * lens_radius_squared(overlap, distance, radius_i, radius_j);
+    fn pair<R: Real>(self, overlap: R, distance: R, radius_i: R, radius_j: R) -> Touch<R> {
+        let area_m2 = overlap.all(PI) * lens_radius_squared(overlap, distance, radius_i, radius_j);
         self.touch(overlap, radius_i + radius_j, area_m2)
     }
 
     /// The sphere's centre is at the signed distance R − δ from the plane: E = δ/R, A = π(R² − (R−δ)²), and A = πR² once
     /// the centre is behind the plane.
     #[inline(always)]
-    fn wall(self, overlap: f64, radius: f64) -> Touch {
-        let depth = overlap.min(radius);
-        self.touch(overlap, radius, PI * depth * (2.0 * radius - depth))
+    fn wall<R: Real>(self, overlap: R, radius: R) -> Touch<R> {
+        let depth = overlap.least(radius);
+        self.touch(overlap, radius, overlap.all(PI) * depth * (radius + radius - depth))
     }
 }
 
-/// d² below which the smaller sphere's centre is past the lens plane, L < 0.
+/// |R_j² − R_i²|: d² below which the smaller sphere's centre is past the lens plane, L < 0.
 #[inline(always)]
-fn clamp_distance_squared(radius_i: f64, radius_j: f64) -> f64 {
-    ((radius_j - radius_i) * (radius_j + radius_i)).abs()
+fn clamp_distance_squared<R: Real>(radius_i: R, radius_j: R) -> R {
+    let difference = (radius_j - radius_i) * (radius_j + radius_i);
+    difference.most(-difference)
 }
 
 /// a² of the lens plane (eqs. 6.52–6.57), in m², in Heron's form, which does not cancel at small overlap:
@@ -120,17 +122,16 @@ fn clamp_distance_squared(radius_i: f64, radius_j: f64) -> f64 {
 ///
 /// Once the smaller centre has passed the lens plane, a is the smaller radius.
 #[inline(always)]
-fn lens_radius_squared(overlap: f64, distance: f64, radius_i: f64, radius_j: f64) -> f64 {
-    let smaller = radius_i.min(radius_j);
+fn lens_radius_squared<R: Real>(overlap: R, distance: R, radius_i: R, radius_j: R) -> R {
+    let smaller = radius_i.least(radius_j);
     let distance_squared = distance * distance;
-    if distance_squared <= clamp_distance_squared(radius_i, radius_j) {
-        return smaller * smaller;
-    }
     let difference = radius_i - radius_j;
     let sum = radius_i + radius_j;
     let heron = overlap * (sum + distance) * (distance_squared - difference * difference);
-    // No factor is negative here; only rounding could exceed the clamp.
-    (heron / (4.0 * distance_squared)).min(smaller * smaller)
+    let lens = clamp_distance_squared(radius_i, radius_j).below(distance_squared);
+    // Outside the lens the divisor is not used; only rounding could exceed the clamp.
+    let divisor = R::choose(lens, overlap.all(4.0) * distance_squared, overlap.all(1.0));
+    R::choose(lens, (heron / divisor).least(smaller * smaller), smaller * smaller)
 }
 
 #[cfg(test)]

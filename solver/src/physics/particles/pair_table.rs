@@ -7,27 +7,61 @@ use super::{
 
 /// Coefficients of the contact of two materials.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct PairLaw {
+pub(super) struct PairLaw<R = f64> {
     /// Normal damping c_cd, in N s/m³.
-    pub damping_n_s_m3: f64,
+    pub damping_n_s_m3: R,
     /// ζ√(2q) of the restitution coefficient; 0 is none.
-    pub restitution: f64,
+    pub restitution: R,
     /// Whether anything needs √(m* F/δ).
     pub has_impedance: bool,
     /// μ_s.
-    pub static_friction: f64,
+    pub static_friction: R,
     /// μ_d.
-    pub dynamic_friction: f64,
+    pub dynamic_friction: R,
     /// K_f of the regularised law, in N/m³.
-    pub friction_stiffness_n_m3: f64,
+    pub friction_stiffness_n_m3: R,
     /// k_t of the tangential spring over F/δ.
-    pub tangential: f64,
+    pub tangential: R,
     /// ζ√(2qκ) of the tangential damper, κ the ratio of the tangential stiffness to the normal one.
-    pub tangential_damping: f64,
+    pub tangential_damping: R,
     /// Coefficient of rolling resistance.
-    pub rolling: f64,
+    pub rolling: R,
     /// Coefficient of torsion resistance.
-    pub torsion: f64,
+    pub torsion: R,
+}
+
+impl<C> PairLaw<C> {
+    /// Each coefficient turned into something else.
+    #[inline(always)]
+    pub fn map<D>(&self, turn: impl Fn(&C) -> D) -> PairLaw<D> {
+        PairLaw {
+            damping_n_s_m3: turn(&self.damping_n_s_m3),
+            restitution: turn(&self.restitution),
+            has_impedance: self.has_impedance,
+            static_friction: turn(&self.static_friction),
+            dynamic_friction: turn(&self.dynamic_friction),
+            friction_stiffness_n_m3: turn(&self.friction_stiffness_n_m3),
+            tangential: turn(&self.tangential),
+            tangential_damping: turn(&self.tangential_damping),
+            rolling: turn(&self.rolling),
+            torsion: turn(&self.torsion),
+        }
+    }
+
+    /// Every coefficient, to be changed; `has_impedance` is none.
+    pub fn coefficients_mut(&mut self) -> [&mut C; 9] {
+        [
+            &mut self.damping_n_s_m3,
+            &mut self.restitution,
+            &mut self.static_friction,
+            &mut self.dynamic_friction,
+            &mut self.friction_stiffness_n_m3,
+            &mut self.tangential,
+            &mut self.tangential_damping,
+            &mut self.rolling,
+            &mut self.torsion,
+        ]
+    }
 }
 
 /// Laws by pairs of materials; walls are materials too, after those of the particles.

@@ -1,20 +1,26 @@
-use super::{Vec3, contact::Meeting, pair_table::PairLaw};
+use super::{
+    contact::Meeting,
+    lanes::{Real, Triple},
+    pair_table::PairLaw,
+};
 
 /// Moment in N m on particle i against rolling and torsion: μ a ‖Ψ^n‖ against the relative rolling (Zohdi 2018, eq. 6.18),
 /// and the same with its own coefficient against the relative spin about n; a is the contact radius.
 ///
 /// Neither is larger than what would stop the relative motion within the step: a rolling that has come to rest stays so.
-#[inline]
-pub(super) fn resist(law: &PairLaw, meeting: &Meeting, elastic_n: f64, step_s: f64) -> Vec3 {
-    let lever_n_m = (meeting.touch.area_m2 / std::f64::consts::PI).sqrt() * elastic_n;
-    let twisting = meeting.normal * meeting.turning.dot(&meeting.normal);
-    let against = |turning: &Vec3, coefficient: f64| {
-        let speed = turning.norm();
-        if speed <= 0.0 || coefficient <= 0.0 {
-            return Vec3::zeros();
-        }
-        let stopping_n_m = if step_s > 0.0 { meeting.reduced_inertia * speed / step_s } else { 0.0 };
-        turning * ((coefficient * lever_n_m).min(stopping_n_m) / speed)
+#[inline(always)]
+pub(super) fn resist<R: Real>(law: &PairLaw<R>, meeting: &Meeting<R>, elastic_n: R) -> Triple<R> {
+    let zero = elastic_n.all(0.0);
+    let least = zero.all(f64::MIN_POSITIVE);
+    let lever_n_m = (meeting.touch.area_m2 * zero.all(std::f64::consts::FRAC_1_PI)).sqrt() * elastic_n;
+    let twisting = meeting.normal * meeting.turning.dot(meeting.normal);
+    // A step of zero stops nothing.
+    let stopping_kg_m2_s =
+        R::choose(zero.below(meeting.step_s), meeting.reduced_inertia / meeting.step_s.most(least), zero);
+    let against = |turning: Triple<R>, coefficient: R| {
+        let speed = turning.dot(turning).sqrt();
+        let moment_n_m = (coefficient * lever_n_m).least(stopping_kg_m2_s * speed);
+        turning * (moment_n_m / speed.most(least))
     };
-    against(&(meeting.turning - twisting), law.rolling) + against(&twisting, law.torsion)
+    against(meeting.turning - twisting, law.rolling) + against(twisting, law.torsion)
 }

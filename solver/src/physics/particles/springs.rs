@@ -25,27 +25,22 @@ impl Springs {
         }
     }
 
-    /// The spring of a pair that touches.
+    /// Takes note whether a pair touches; one that no longer does forgets.
     #[inline(always)]
-    pub fn meet(&mut self, entry: usize) -> &mut Vec3 {
-        self.touching[entry] = true;
-        &mut self.pairs[entry]
-    }
-
-    /// A pair that does not touch forgets.
-    #[inline(always)]
-    pub fn part(&mut self, entry: usize) {
-        if self.touching[entry] {
-            self.touching[entry] = false;
+    pub fn note(&mut self, entry: usize, touches: bool) {
+        let parts = self.touching[entry] & !touches;
+        self.touching[entry] = touches;
+        // Rare, so that this branch is foreseen where one on `touches` alone would not be.
+        if parts {
             self.pairs[entry] = Vec3::zeros();
         }
     }
 
-    /// The spring of a wall contact.
+    /// Keeps the spring of a wall contact.
     #[inline]
-    pub fn meet_wall(&mut self, entry: usize) -> &mut Vec3 {
+    pub fn meet_wall(&mut self, entry: usize, spring: Vec3) {
         self.touching_walls[entry] = true;
-        &mut self.walls[entry]
+        self.walls[entry] = spring;
     }
 
     /// A wall that is not touched is forgotten.
@@ -58,8 +53,15 @@ impl Springs {
     }
 
     /// Displacement of the spring of a pair, in m.
+    #[inline(always)]
     pub fn pair(&self, entry: usize) -> &Vec3 {
         &self.pairs[entry]
+    }
+
+    /// The same, to be changed.
+    #[inline(always)]
+    pub fn pair_mut(&mut self, entry: usize) -> &mut Vec3 {
+        &mut self.pairs[entry]
     }
 
     /// Displacement of the spring of a wall contact, in m.

@@ -50,7 +50,7 @@ impl Particles {
         let (pair_s, overlap) = impact(0.5 * mass, 2.0 * speed, c * self.law.pair_modulus(modulus, modulus), q);
         let depth = overlap.min(radius);
         // Nothing moves: the law of an empty overlap has no secant.
-        let area = |touch: Touch| if depth > 0.0 { touch.area_m2 } else { 0.0 };
+        let area = |touch: Touch<f64>| if depth > 0.0 { touch.area_m2 } else { 0.0 };
         let pair_area = area(self.law.pair(depth, 2.0 * radius - depth, radius, radius));
         let mut contact_s = pair_s;
         // Area over reduced mass: what damping and friction act through.

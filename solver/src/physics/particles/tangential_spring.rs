@@ -1,6 +1,6 @@
 use super::{
-    Vec3,
     contact::{Slip, Tangential},
+    lanes::{Real, Triple},
     pair_table::PairLaw,
 };
 
@@ -18,21 +18,26 @@ impl Tangential for TangentialSpring {
     const REMEMBERS: bool = true;
 
     #[inline(always)]
-    fn force(self, law: &PairLaw, slip: &Slip, spring: &mut Vec3) -> Vec3 {
+    fn force<R: Real>(self, law: &PairLaw<R>, slip: &Slip<R>, spring: Triple<R>) -> (Triple<R>, Triple<R>) {
+        let (zero, least) = (slip.elastic_n.all(0.0), slip.elastic_n.all(f64::MIN_POSITIVE));
         let stiffness_n_m = law.tangential * slip.secant_n_m;
         let damping = slip.velocity * (law.tangential_damping * slip.impedance_kg_s);
-        let half = slip.velocity * (0.5 * slip.step_s);
-        let stretched = *spring - slip.normal * spring.dot(&slip.normal) + half;
-        let force = stretched * stiffness_n_m + damping;
+        let half = slip.velocity * (slip.elastic_n.all(0.5) * slip.step_s);
+        let stretched = spring - slip.normal * spring.dot(slip.normal) + half;
+        let trial = stretched * stiffness_n_m + damping;
+        let squared = trial.dot(trial);
         let limit_n = law.static_friction * slip.pressing_n;
-        let squared = force.norm_squared();
-        if squared <= limit_n * limit_n {
-            *spring = stretched + half;
-            return force;
-        }
-        // `squared` is above zero here.
-        let force = force * (law.dynamic_friction * slip.pressing_n / squared.sqrt());
-        *spring = if stiffness_n_m > 0.0 { (force - damping) / stiffness_n_m + half } else { Vec3::zeros() };
-        force
+        let slides = (limit_n * limit_n).below(squared);
+        // Where it slides, the square is above zero.
+        let share = law.dynamic_friction * slip.pressing_n / squared.most(least).sqrt();
+        let force = trial * R::choose(slides, share, zero.all(1.0));
+        let compliance = R::choose(zero.below(stiffness_n_m), zero.all(1.0) / stiffness_n_m.most(least), zero);
+        let slid = (force - damping) * compliance;
+        let left = Triple {
+            x: R::choose(slides, slid.x, stretched.x),
+            y: R::choose(slides, slid.y, stretched.y),
+            z: R::choose(slides, slid.z, stretched.z),
+        };
+        (force, left + half)
     }
 }

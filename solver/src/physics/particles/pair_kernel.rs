@@ -1,0 +1,291 @@
+//! The contacts between particles of one block, as many at a time as the processor's registers hold.
+//!
+//! Contacts are gathered into columns, one a quantity, computed lane by lane, and added one by one in the order of the
+//! list: the bits are the same for any width of the registers.
+
+use pulp::{Simd, WithSimd};
+
+use super::{
+    Vec3,
+    contact::{Meeting, Normal, Tangential, reduced},
+    kernel::{Bed, Body, Task, inertia},
+    lanes::{LANES, Lanes, Real, Triple},
+    pair_table::PairLaw,
+    state::Dissipation,
+};
+
+/// Contacts a batch: its columns stay in the first-level cache.
+const BATCH: usize = 64;
+const _: () = assert!(BATCH.is_multiple_of(LANES));
+
+/// One quantity of a batch.
+#[derive(Clone, Copy)]
+#[repr(align(64))]
+struct Column([f64; BATCH]);
+
+impl Column {
+    const ZERO: Self = Self([0.0; BATCH]);
+}
+
+/// A vector of a batch.
+type Columns = [Column; 3];
+const ZEROS: Columns = [Column::ZERO; 3];
+
+#[inline(always)]
+fn put(columns: &mut Columns, lane: usize, vector: &Vec3) {
+    let [x, y, z] = columns;
+    (x.0[lane], y.0[lane], z.0[lane]) = (vector.x, vector.y, vector.z);
+}
+
+#[inline(always)]
+fn take(columns: &Columns, lane: usize) -> Vec3 {
+    let [x, y, z] = columns;
+    Vec3::new(x.0[lane], y.0[lane], z.0[lane])
+}
+
+/// Reads and writes registers of columns.
+#[derive(Clone, Copy)]
+struct Register<S> {
+    simd: S,
+    index: usize,
+}
+
+impl<S: Simd> Register<S> {
+    #[inline(always)]
+    fn load(self, column: &Column) -> Lanes<S> {
+        Lanes { simd: self.simd, values: S::as_simd_f64s(&column.0).0[self.index] }
+    }
+
+    #[inline(always)]
+    fn load_all(self, [x, y, z]: &Columns) -> Triple<Lanes<S>> {
+        Triple { x: self.load(x), y: self.load(y), z: self.load(z) }
+    }
+
+    #[inline(always)]
+    fn store(self, column: &mut Column, lanes: Lanes<S>) {
+        S::as_mut_simd_f64s(&mut column.0).0[self.index] = lanes.values;
+    }
+
+    #[inline(always)]
+    fn store_all(self, [x, y, z]: &mut Columns, triple: Triple<Lanes<S>>) {
+        self.store(x, triple.x);
+        self.store(y, triple.y);
+        self.store(z, triple.z);
+    }
+}
+
+/// The columns of a batch.
+struct Batch {
+    between: Columns,
+    radii: [Column; 2],
+    masses: [Column; 2],
+    moduli: [Column; 2],
+    velocity: Columns,
+    rolling: Columns,
+    turning: Columns,
+    inertias: [Column; 2],
+    spring: Columns,
+    law: PairLaw<Column>,
+    force: Columns,
+    couple: Columns,
+    resistance: Columns,
+    damping_w: Column,
+    friction_w: Column,
+    rolling_w: Column,
+}
+
+/// The contact loop of one block for one pair of laws.
+pub(super) struct PairKernel<'a, 't, N, T> {
+    pub bed: Bed<'a>,
+    pub law: N,
+    pub tangential: T,
+    pub task: &'a mut Task<'t>,
+}
+
+impl<N: Normal, T: Tangential> WithSimd for PairKernel<'_, '_, N, T> {
+    type Output = Dissipation;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(mut self, simd: S) -> Dissipation {
+        let (radius, Body { mass, modulus, .. }) = (self.bed.places[0].radius, self.bed.bodies[0]);
+        let mut batch = Batch {
+            between: ZEROS,
+            // What is alike everywhere is put here once, what is not by each batch.
+            radii: [Column([radius; BATCH]); 2],
+            masses: [Column([mass; BATCH]); 2],
+            moduli: [Column([modulus; BATCH]); 2],
+            velocity: ZEROS,
+            rolling: ZEROS,
+            turning: ZEROS,
+            inertias: [Column::ZERO; 2],
+            spring: ZEROS,
+            law: PairLaw { has_impedance: true, ..PairLaw::default() }.map(|_: &f64| Column::ZERO),
+            force: ZEROS,
+            couple: ZEROS,
+            resistance: ZEROS,
+            damping_w: Column::ZERO,
+            friction_w: Column::ZERO,
+            rolling_w: Column::ZERO,
+        };
+        let mut lost = Dissipation::default();
+        self.find();
+        let count = self.task.touching.len();
+        for from in (0..count).step_by(BATCH) {
+            let until = (from + BATCH).min(count);
+            self.gather(from, until, &mut batch);
+            for index in 0..(until - from).div_ceil(S::F64_LANES) {
+                self.compute(Register { simd, index }, &mut batch);
+            }
+            self.scatter(from, until, &batch, &mut lost);
+        }
+        lost
+    }
+}
+
+impl<N: Normal, T: Tangential> PairKernel<'_, '_, N, T> {
+    /// Finds the entries of the pairs that touch; the others forget. Without a branch on what touches, which no processor
+    /// could foresee.
+    #[inline(always)]
+    fn find(&mut self) {
+        let Task { block, springs, touching, .. } = &mut *self.task;
+        let (own, places) = (&self.bed.places[block.range()], self.bed.places);
+        touching.resize(block.partners.len(), 0);
+        let entries = &mut touching[..];
+        let mut count = 0usize;
+        for (entry, (&owner, &partner)) in block.owners.iter().zip(&block.partners).enumerate() {
+            let (here, there) = (&own[owner as usize], &places[partner as usize]);
+            let sum = here.radius + there.radius;
+            let touches = (there.position - here.position).norm_squared() < sum * sum;
+            entries[count] = entry as u32;
+            count += usize::from(touches);
+            if T::REMEMBERS {
+                springs.note(entry, touches);
+            }
+        }
+        touching.truncate(count);
+    }
+
+    #[inline(always)]
+    fn gather(&self, from: usize, until: usize, batch: &mut Batch) {
+        let Bed { particles, places, bodies, materials, alike, .. } = self.bed;
+        let block = self.task.block;
+        let several = particles.table.only().is_none();
+        for (lane, &entry) in self.task.touching[from..until].iter().enumerate() {
+            let entry = entry as usize;
+            let i = (block.first + block.owners[entry]) as usize;
+            let j = block.partners[entry] as usize;
+            let (here, there) = (&places[i], &places[j]);
+            let (body, partner) = (&bodies[i], &bodies[j]);
+            put(&mut batch.between, lane, &(there.position - here.position));
+            if !alike {
+                (batch.radii[0].0[lane], batch.radii[1].0[lane]) = (here.radius, there.radius);
+                (batch.masses[0].0[lane], batch.masses[1].0[lane]) = (body.mass, partner.mass);
+                (batch.moduli[0].0[lane], batch.moduli[1].0[lane]) = (body.modulus, partner.modulus);
+            }
+            put(&mut batch.velocity, lane, &(partner.velocity - body.velocity));
+            if particles.surface.spin {
+                put(&mut batch.rolling, lane, &(body.spin * here.radius + partner.spin * there.radius));
+            }
+            if particles.surface.rolls {
+                put(&mut batch.turning, lane, &(partner.spin - body.spin));
+                batch.inertias[0].0[lane] = inertia(body.mass, here.radius);
+                batch.inertias[1].0[lane] = inertia(partner.mass, there.radius);
+            }
+            if T::REMEMBERS {
+                put(&mut batch.spring, lane, self.task.springs.pair(entry));
+            }
+            if several {
+                let mut pair = *particles.table.get(materials[i], materials[j]);
+                for (column, value) in batch.law.coefficients_mut().into_iter().zip(pair.coefficients_mut()) {
+                    column.0[lane] = *value;
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn compute<S: Simd>(&self, register: Register<S>, batch: &mut Batch) {
+        let Bed { particles, step_s, .. } = self.bed;
+        let between = register.load_all(&batch.between);
+        let (radius_i, radius_j) = (register.load(&batch.radii[0]), register.load(&batch.radii[1]));
+        let zero = radius_i.all(0.0);
+        let one = radius_i.all(1.0);
+        let sum = radius_i + radius_j;
+        let distance = between.dot(between).sqrt();
+        let overlap = sum - distance;
+        let inverse = one / distance.most(zero.all(f64::MIN_POSITIVE));
+        let direction = between * inverse;
+        // Particles at the same place have no direction, and are parted along z.
+        let apart = zero.below(distance);
+        let pair = match particles.table.only() {
+            Some(pair) => pair.map(|&value| zero.all(value)),
+            None => batch.law.map(|column| register.load(column)),
+        };
+        let turns = particles.surface.rolls;
+        let meeting = Meeting {
+            normal: Triple { z: Real::choose(apart, direction.z, one), ..direction },
+            overlap,
+            length: sum,
+            touch: self.law.pair(overlap, distance, radius_i, radius_j),
+            modulus: self.law.pair_modulus(register.load(&batch.moduli[0]), register.load(&batch.moduli[1])),
+            reduced_mass: reduced(register.load(&batch.masses[0]), register.load(&batch.masses[1])),
+            velocity: register.load_all(&batch.velocity),
+            rolling: register.load_all(&batch.rolling),
+            turning: register.load_all(&batch.turning),
+            reduced_inertia: if turns {
+                reduced(register.load(&batch.inertias[0]), register.load(&batch.inertias[1]))
+            } else {
+                zero
+            },
+            spring: register.load_all(&batch.spring),
+            step_s: zero.all(step_s),
+        };
+        let response = particles.surface.respond(self.tangential, &pair, &meeting);
+        register.store_all(&mut batch.force, response.force);
+        register.store_all(&mut batch.couple, response.couple);
+        register.store(&mut batch.damping_w, response.damping_w);
+        register.store(&mut batch.friction_w, response.friction_w);
+        if T::REMEMBERS {
+            register.store_all(&mut batch.spring, response.spring);
+        }
+        if turns {
+            register.store_all(&mut batch.resistance, response.resistance);
+            register.store(&mut batch.rolling_w, response.rolling_w);
+        }
+    }
+
+    #[inline(always)]
+    fn scatter(&mut self, from: usize, until: usize, batch: &Batch, lost: &mut Dissipation) {
+        let Task { block, springs, loads, touching, .. } = &mut *self.task;
+        let surface = &self.bed.particles.surface;
+        for (lane, &entry) in touching[from..until].iter().enumerate() {
+            let entry = entry as usize;
+            let force = take(&batch.force, lane);
+            lost.contact_damping += batch.damping_w.0[lane];
+            if T::ACTS {
+                lost.friction += batch.friction_w.0[lane];
+            }
+            if T::REMEMBERS {
+                *springs.pair_mut(entry) = take(&batch.spring, lane);
+            }
+            let own = &mut loads[block.owners[entry] as usize];
+            own.force += force;
+            if surface.spin {
+                // Both particles are turned the same way: arm and force change sign together.
+                let couple = take(&batch.couple, lane);
+                own.moment += couple * batch.radii[0].0[lane];
+                let other = &mut loads[block.slots[entry] as usize];
+                other.force -= force;
+                other.moment += couple * batch.radii[1].0[lane];
+            } else {
+                loads[block.slots[entry] as usize].force -= force;
+            }
+            if surface.rolls {
+                let resistance = take(&batch.resistance, lane);
+                loads[block.owners[entry] as usize].moment += resistance;
+                loads[block.slots[entry] as usize].moment -= resistance;
+                lost.rolling += batch.rolling_w.0[lane];
+            }
+        }
+    }
+}
