@@ -7,6 +7,7 @@
 mod acceleration;
 mod contact;
 mod coupling;
+mod fields;
 mod key;
 mod materials;
 mod nodes;

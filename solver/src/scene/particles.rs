@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{
-    contact,
+    contact, fields,
     key::{Key, Kind, Range, Section},
     materials::{self, Material},
     reader::Table,
@@ -58,6 +58,9 @@ pub(super) static SECTION: Section = Section {
         &ROLLING,
         &OVERLAP_BOND,
         &DRAG,
+        &fields::ELECTROMAGNETIC,
+        &fields::NEAR_FIELD,
+        &fields::MAGNETIC,
         &GRAVITY,
         &SPIN,
         &INTEGRATOR,
@@ -195,6 +198,7 @@ impl<'d> Bodies<'d> {
         let rolling = contact::rolling(&table, &ROLLING);
         let bond = contact::overlap_bond(&table, &OVERLAP_BOND);
         let drag = contact::drag(&table, &DRAG);
+        let fields = fields::read(&table);
         let (gravity_m_s2, spin, skin) = (table.vector(&GRAVITY), table.flag(&SPIN), table.number(&SKIN));
         let integrator = integrator(&table);
         table.finish();
@@ -213,6 +217,7 @@ impl<'d> Bodies<'d> {
             rolling,
             bond,
             drag,
+            fields,
             gravity_m_s2,
             walls: walls.to_vec(),
             spin,

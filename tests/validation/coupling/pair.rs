@@ -6,7 +6,7 @@ use stagger_solver::{
     coupling::{Local, Participant},
     physics::{
         Plane, Wall,
-        particles::{Contact, ContactLaw, Integrator, Particles, Settings as Motion, Start},
+        particles::{Contact, ContactLaw, FieldForces, Integrator, Particles, Settings as Motion, Start},
         thermal::{Conductance, Settings as Heat, Thermal},
     },
 };
@@ -48,6 +48,7 @@ fn members(integrator: Integrator, phi: f64) -> BTreeMap<String, Box<dyn Partici
         rolling: None,
         bond: None,
         drag: None,
+        fields: FieldForces::default(),
         gravity_m_s2: [0.0; 3],
         walls: walls.clone(),
         spin: false,

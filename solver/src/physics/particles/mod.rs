@@ -6,6 +6,7 @@ mod bodies;
 mod contact;
 mod contact_list;
 mod drag;
+pub mod fields;
 mod forces;
 mod friction;
 mod hertz;
@@ -21,6 +22,7 @@ mod quadrature;
 mod rolling;
 mod sequential_addition;
 mod settings;
+mod settings_fields;
 mod softening;
 mod springs;
 mod state;
@@ -36,6 +38,7 @@ use std::{f64::consts::PI, sync::Arc};
 use stagger_messages::{Field, Fields, Measure, Port, Ports};
 
 pub use settings::*;
+pub use settings_fields::*;
 pub use state::State;
 
 use self::{

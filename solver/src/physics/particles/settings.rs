@@ -1,5 +1,6 @@
 use serde::Serialize;
 
+use super::settings_fields::FieldForces;
 use crate::physics::Wall;
 
 /// Everything the particle dynamics of a scene depends on. SI units.
@@ -31,6 +32,8 @@ pub struct Settings {
     pub bond: Option<OverlapBond>,
     /// Drag of a resting or streaming gas; `None` is vacuum.
     pub drag: Option<Drag>,
+    /// Electric, magnetic and near fields.
+    pub fields: FieldForces,
     /// Gravity g in m/s².
     pub gravity_m_s2: [f64; 3],
     /// Walls, in the order of the scene.
