@@ -44,6 +44,7 @@ fn settings(law: ContactLaw, density_kg_m3: f64, particles: &[([f64; 3], [f64; 3
         friction: None,
         rolling: None,
         bond: None,
+        bonds: None,
         drag: None,
         fields: FieldForces::default(),
         gravity_m_s2: [0.0; 3],

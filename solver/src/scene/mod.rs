@@ -5,6 +5,7 @@
 //! `docs/scene.md` and `docs/scene.schema.json` are made.
 
 mod acceleration;
+mod bonds;
 mod contact;
 mod coupling;
 mod fields;

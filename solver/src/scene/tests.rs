@@ -11,8 +11,8 @@ use crate::{
     physics::{
         optics::{Model, Path, Profile},
         particles::{
-            Base, Charge, ContactLaw, Electromagnetic, FieldForces, Friction, Integrator, Magnetic, MagneticSource,
-            NearFieldSettings, Presence, Region, Start,
+            Base, BondSettings, BondStiffness, Charge, ContactLaw, Electromagnetic, FieldForces, Friction, Integrator,
+            Magnetic, MagneticSource, NearFieldSettings, Presence, Region, Start,
         },
         thermal::Conductance,
     },
@@ -45,6 +45,18 @@ gravity = [0, 0, -1.62]
 spin = true
 integrator = { kind = "trapezoidal", phi = 1, tolerance = 1e-9, iterations = 7 }
 skin = 0.2
+
+[particles.bonds]
+stiffness = "beam"
+young = "2 GPa"
+ratio = 3
+radius = 0.5
+at-start = false
+gap = 0.1
+strain = 0.02
+tensile-strength = "1 MPa"
+shear-strength = "2 MPa"
+damping = 0.1
 
 [particles.electromagnetic]
 electric = ["-100 N/C", 0, 0]
@@ -174,6 +186,16 @@ fn every_value_of_a_scene_reaches_its_setting() {
     assert_eq!(particles.drag.unwrap().velocity_m_s, [1.0, 0.0, 0.0]);
     assert_eq!((particles.gravity_m_s2, particles.spin, particles.skin), ([0.0, 0.0, -1.62], true, 0.2));
     assert_eq!(particles.integrator, Integrator::Trapezoidal { phi: 1.0, tolerance: 1e-9, iterations: 7 });
+    let bonds = BondSettings {
+        stiffness: BondStiffness::Beam { young_pa: 2e9, ratio: 3.0 },
+        radius_share: 0.5,
+        gap_share: None,
+        strain: Some(0.02),
+        tensile_strength_pa: Some(1e6),
+        shear_strength_pa: Some(2e6),
+        damping: 0.1,
+    };
+    assert_eq!(particles.bonds, Some(bonds));
     let fields = particles.fields;
     let region = Region::HalfSpace { through_m: [2.0, 0.0, 0.0], normal: [-1.0, 0.0, 0.0] };
     let electromagnetic = Electromagnetic {
@@ -358,7 +380,10 @@ fn every_key_of_the_reference_is_read_and_every_value_read_is_in_it() {
                 "{ magnetisability = 1, dipole = { at = [0, 0, 0], moment = [0, 0, 1], radius = 1 } }",
             ),
         ],
-        &[("particles.electromagnetic.charge", "{ per-area = 1 }")],
+        &[
+            ("particles.electromagnetic.charge", "{ per-area = 1 }"),
+            ("particles.bonds", "{ stiffness = \"per-area\", normal-stiffness = 1, shear-stiffness = 1 }"),
+        ],
         &[("particles.electromagnetic.charge", "{ per-volume = 1 }")],
         &[
             ("particles.contact", "{ law = \"hertz\", young = \"1 GPa\", poisson = 0.2 }"),

@@ -47,6 +47,7 @@ fn members(integrator: Integrator, phi: f64) -> BTreeMap<String, Box<dyn Partici
         friction: None,
         rolling: None,
         bond: None,
+        bonds: None,
         drag: None,
         fields: FieldForces::default(),
         gravity_m_s2: [0.0; 3],

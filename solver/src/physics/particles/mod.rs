@@ -3,6 +3,7 @@
 
 mod blocks;
 mod bodies;
+pub mod bonds;
 mod contact;
 mod contact_list;
 mod drag;
@@ -22,6 +23,7 @@ mod quadrature;
 mod rolling;
 mod sequential_addition;
 mod settings;
+mod settings_bonds;
 mod settings_fields;
 mod softening;
 mod springs;
@@ -38,6 +40,7 @@ use std::{f64::consts::PI, sync::Arc};
 use stagger_messages::{Field, Fields, Measure, Port, Ports};
 
 pub use settings::*;
+pub use settings_bonds::*;
 pub use settings_fields::*;
 pub use state::State;
 
