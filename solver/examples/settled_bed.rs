@@ -11,7 +11,7 @@ use stagger_solver::{
     coupling::{Frozen, Physics, Window},
     physics::{
         Plane, Wall,
-        particles::{Contact, ContactLaw, Friction, Integrator, Particles, Settings, Start},
+        particles::{Contact, ContactLaw, FieldForces, Friction, Integrator, Particles, Settings, Start},
         thermal::{self, Conductance, Thermal},
     },
 };
@@ -137,6 +137,8 @@ fn bed(rows: &[[f64; 6]], walls: Vec<Wall>) -> Settings {
         }),
         rolling: None,
         bond: None,
+        bonds: None,
+        fields: FieldForces::default(),
         drag: None,
         gravity_m_s2: [0.0, 0.0, -9.81],
         walls,

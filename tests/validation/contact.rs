@@ -11,7 +11,7 @@ use stagger_solver::{
     coupling::{Frozen, Physics, Reply, Window},
     physics::{
         Plane, Wall,
-        particles::{Contact, ContactLaw, Drag, Friction, Integrator, Particles, Settings, Start, State},
+        particles::{Contact, ContactLaw, Drag, FieldForces, Friction, Integrator, Particles, Settings, Start, State},
     },
 };
 
@@ -44,7 +44,9 @@ fn settings(law: ContactLaw, density_kg_m3: f64, particles: &[([f64; 3], [f64; 3
         friction: None,
         rolling: None,
         bond: None,
+        bonds: None,
         drag: None,
+        fields: FieldForces::default(),
         gravity_m_s2: [0.0; 3],
         walls: Vec::new(),
         spin: false,

@@ -5,8 +5,10 @@
 //! `docs/scene.md` and `docs/scene.schema.json` are made.
 
 mod acceleration;
+mod bonds;
 mod contact;
 mod coupling;
+mod fields;
 mod key;
 mod materials;
 mod nodes;

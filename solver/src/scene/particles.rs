@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{
-    contact,
+    bonds, contact, fields,
     key::{Key, Kind, Range, Section},
     materials::{self, Material},
     reader::Table,
@@ -57,7 +57,11 @@ pub(super) static SECTION: Section = Section {
         &FRICTION,
         &ROLLING,
         &OVERLAP_BOND,
+        &bonds::BONDS,
         &DRAG,
+        &fields::ELECTROMAGNETIC,
+        &fields::NEAR_FIELD,
+        &fields::MAGNETIC,
         &GRAVITY,
         &SPIN,
         &INTEGRATOR,
@@ -195,7 +199,12 @@ impl<'d> Bodies<'d> {
         let rolling = contact::rolling(&table, &ROLLING);
         let bond = contact::overlap_bond(&table, &OVERLAP_BOND);
         let drag = contact::drag(&table, &DRAG);
+        let bonds = bonds::read(&table);
+        let fields = fields::read(&table);
         let (gravity_m_s2, spin, skin) = (table.vector(&GRAVITY), table.flag(&SPIN), table.number(&SKIN));
+        if bonds.is_some() && !spin {
+            table.reject_with(&bonds::BONDS, "bonds need particles that spin", Some("add spin = true".into()));
+        }
         let integrator = integrator(&table);
         table.finish();
         let contact = contact?;
@@ -212,7 +221,9 @@ impl<'d> Bodies<'d> {
             friction,
             rolling,
             bond,
+            bonds,
             drag,
+            fields,
             gravity_m_s2,
             walls: walls.to_vec(),
             spin,

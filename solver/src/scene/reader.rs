@@ -436,6 +436,9 @@ fn si_value(node: &Node, quantity: &Quantity) -> Result<(f64, String), Mismatch>
     if parsed.dimension == quantity.dimension || (!parsed.has_unit && parsed.value == 0.0) {
         return Ok((parsed.value, text.clone()));
     }
+    if parsed.dimension == units::CHARGE.dimension && *quantity == units::TEMPERATURE {
+        return Err((format!("{text} ({})", parsed.dimension.describe()), Some(units::UnitError::Celsius.to_string())));
+    }
     if parsed.has_unit {
         return Err((format!("{text} ({})", parsed.dimension.describe()), None));
     }

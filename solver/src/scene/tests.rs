@@ -10,7 +10,10 @@ use crate::{
     coupling::{Acceleration, FieldSettings},
     physics::{
         optics::{Model, Path, Profile},
-        particles::{ContactLaw, Friction, Integrator, Start},
+        particles::{
+            Base, BondSettings, BondStiffness, Charge, ContactLaw, Electromagnetic, FieldForces, Friction, Integrator,
+            Magnetic, MagneticSource, NearFieldSettings, Presence, Region, Start,
+        },
         thermal::Conductance,
     },
 };
@@ -42,6 +45,45 @@ gravity = [0, 0, -1.62]
 spin = true
 integrator = { kind = "trapezoidal", phi = 1, tolerance = 1e-9, iterations = 7 }
 skin = 0.2
+
+[particles.bonds]
+stiffness = "beam"
+young = "2 GPa"
+ratio = 3
+radius = 0.5
+at-start = false
+gap = 0.1
+strain = 0.02
+tensile-strength = "1 MPa"
+shear-strength = "2 MPa"
+damping = 0.1
+
+[particles.electromagnetic]
+electric = ["-100 N/C", 0, 0]
+magnetic = [0, 0, "20 mT"]
+charge = { per-particle = "3 pC" }
+region = { kind = "half-space", through = [2, 0, 0], normal = [-2, 0, 0] }
+starts = "1 us"
+ends = "2 us"
+
+[particles.near-field]
+ionised = true
+base = "charge"
+signs = "alternating"
+attraction = 0.5
+attraction-exponent = 1.5
+repulsion = 0.01
+repulsion-exponent = 3
+cut-off = "1 mm"
+skin = 0.2
+closest = 0.01
+region = { kind = "box", lower = [0, 0, 0], upper = [1, 2, 3] }
+ends = 7
+
+[particles.magnetic]
+magnetisability = 1e6
+uniform-gradient = { origin = [0, 0, 0.1], x = [-1, 0, 0], y = [0, -1, 0], z = [0, 0, 2] }
+ends = 7
 
 [walls.z-plate]
 plane = { through = [0, 0, 0], normal = [0, 0, 2] }
@@ -144,6 +186,44 @@ fn every_value_of_a_scene_reaches_its_setting() {
     assert_eq!(particles.drag.unwrap().velocity_m_s, [1.0, 0.0, 0.0]);
     assert_eq!((particles.gravity_m_s2, particles.spin, particles.skin), ([0.0, 0.0, -1.62], true, 0.2));
     assert_eq!(particles.integrator, Integrator::Trapezoidal { phi: 1.0, tolerance: 1e-9, iterations: 7 });
+    let bonds = BondSettings {
+        stiffness: BondStiffness::Beam { young_pa: 2e9, ratio: 3.0 },
+        radius_share: 0.5,
+        gap_share: None,
+        strain: Some(0.02),
+        tensile_strength_pa: Some(1e6),
+        shear_strength_pa: Some(2e6),
+        damping: 0.1,
+    };
+    assert_eq!(particles.bonds, Some(bonds));
+    let fields = particles.fields;
+    let region = Region::HalfSpace { through_m: [2.0, 0.0, 0.0], normal: [-1.0, 0.0, 0.0] };
+    let electromagnetic = Electromagnetic {
+        charge: Charge::PerParticle(3e-12),
+        electric_v_m: [-100.0, 0.0, 0.0],
+        magnetic_t: [0.0, 0.0, 0.02],
+        presence: Presence { region, starts_s: 1e-6, ends_s: 2e-6 },
+    };
+    assert_eq!(fields.electromagnetic, Some(electromagnetic));
+    let region = Region::Box { lower_m: [0.0; 3], upper_m: [1.0, 2.0, 3.0] };
+    let near_field = NearFieldSettings {
+        attraction: 0.5,
+        attraction_exponent: 1.5,
+        repulsion: 0.01,
+        repulsion_exponent: 3.0,
+        base: Base::Charge,
+        alternating: true,
+        cutoff_m: Some(1e-3),
+        skin: 0.2,
+        closest: 0.01,
+        presence: Presence { region, starts_s: 0.0, ends_s: 7.0 },
+    };
+    assert_eq!(fields.near_field, Some(near_field));
+    let gradient_t_m = [[-1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 2.0]];
+    let source = MagneticSource::Gradient { origin_t: [0.0, 0.0, 0.1], gradient_t_m };
+    let magnetic =
+        Magnetic { magnetisability_a2_n: 1e6, source, presence: Presence { ends_s: 7.0, ..Presence::default() } };
+    assert_eq!(fields.magnetic, Some(magnetic));
     assert!(particles.reads_temperature);
 
     // Walls keep the order of the file, which is not that of their names; normals are unit vectors.
@@ -199,6 +279,7 @@ fn defaults_are_those_of_the_reference_and_are_shown() {
     let Start::SequentialAddition { lower_m, .. } = particles.start else { panic!("sequential") };
     assert_eq!(lower_m, [-5e-4, -5e-4, 0.0]);
     assert_eq!((particles.gravity_m_s2, particles.spin), ([0.0, 0.0, -9.81], false));
+    assert_eq!(particles.fields, FieldForces::default());
     assert!(!particles.reads_temperature && particles.friction.is_none() && particles.drag.is_none());
     assert_eq!(scene.optics.unwrap().model, Model::BeerLambert { absorption_1_m: 5e7, spacing_m: 2.5e-5 / 4.0 });
     assert_eq!((scene.coupling.dt.limit_s, scene.coupling.dt.minimum_s), (1e-6, 1e-6 / 1000.0));
@@ -276,6 +357,7 @@ fn reference_path(path: &str) -> String {
         ["nodes", _, "optics", rest @ ..] => {
             std::iter::once("optics").chain(rest.iter().copied()).collect::<Vec<_>>().join(".")
         }
+        ["particles", _, "region", rest @ ..] => format!("particles.FIELD.region.{}", rest.join(".")),
         ["coupling", "fields", _, "acceleration", rest @ ..] => format!("coupling.acceleration.{}", rest.join(".")),
         ["coupling", "fields", _, rest @ ..] => format!("coupling.fields.NAME.{}", rest.join(".")),
         ["coupling", "every", ..] => "coupling.every".into(),
@@ -289,8 +371,20 @@ fn reference_path(path: &str) -> String {
 
 #[test]
 fn every_key_of_the_reference_is_read_and_every_value_read_is_in_it() {
-    let others: [&[(&str, &str)]; 5] = [
+    let others: &[&[(&str, &str)]] = &[
         &[],
+        &[
+            ("particles.electromagnetic.charge", "\"1 C/kg\""),
+            (
+                "particles.magnetic",
+                "{ magnetisability = 1, dipole = { at = [0, 0, 0], moment = [0, 0, 1], radius = 1 } }",
+            ),
+        ],
+        &[
+            ("particles.electromagnetic.charge", "{ per-area = 1 }"),
+            ("particles.bonds", "{ stiffness = \"per-area\", normal-stiffness = 1, shear-stiffness = 1 }"),
+        ],
+        &[("particles.electromagnetic.charge", "{ per-volume = 1 }")],
         &[
             ("particles.contact", "{ law = \"hertz\", young = \"1 GPa\", poisson = 0.2 }"),
             ("nodes.heat", "{ command = [\"x\"] }"),

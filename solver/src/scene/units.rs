@@ -11,6 +11,8 @@ pub struct Dimension {
     pub s: i32,
     /// Power of the kelvin.
     pub k: i32,
+    /// Power of the ampere.
+    pub a: i32,
 }
 
 /// What a number in a scene measures.
@@ -28,7 +30,13 @@ pub struct Quantity {
 
 const fn quantity(name: &'static str, unit: &'static str, example: &'static str, exponents: [i32; 4]) -> Quantity {
     let [m, kg, s, k] = exponents;
-    Quantity { name, unit, example, dimension: Dimension { m, kg, s, k } }
+    Quantity { name, unit, example, dimension: Dimension { m, kg, s, k, a: 0 } }
+}
+
+/// A quantity whose unit holds the ampere: exponents of m, kg, s, A.
+const fn electric(name: &'static str, unit: &'static str, example: &'static str, exponents: [i32; 4]) -> Quantity {
+    let [m, kg, s, a] = exponents;
+    Quantity { name, unit, example, dimension: Dimension { m, kg, s, k: 0, a } }
 }
 
 /// A number without a unit.
@@ -64,9 +72,27 @@ pub const AREA_STIFFNESS: Quantity = quantity("stiffness per area", "N/m^3", "1e
 
 /// A stiffness of a spring.
 pub const SPRING_STIFFNESS: Quantity = quantity("spring stiffness", "N/m", "1e5 N/m", [0, 1, -2, 0]);
+/// An electric charge.
+pub const CHARGE: Quantity = electric("charge", "C", "1e-12 C", [0, 0, 1, 1]);
+/// An electric charge per mass.
+pub const CHARGE_PER_MASS: Quantity = electric("charge per mass", "C/kg", "1e-3 C/kg", [0, -1, 1, 1]);
+/// An electric charge per area.
+pub const CHARGE_PER_AREA: Quantity = electric("charge per area", "C/m^2", "1e-5 C/m^2", [-2, 0, 1, 1]);
+/// An electric charge per volume.
+pub const CHARGE_PER_VOLUME: Quantity = electric("charge per volume", "C/m^3", "10 C/m^3", [-3, 0, 1, 1]);
+/// An electric field.
+pub const ELECTRIC_FIELD: Quantity = electric("electric field", "V/m", "2 kV/mm", [1, 1, -3, -1]);
+/// A magnetic flux density.
+pub const MAGNETIC_FIELD: Quantity = electric("magnetic field", "T", "50 mT", [0, 1, -2, -1]);
+/// A gradient of a magnetic flux density.
+pub const MAGNETIC_GRADIENT: Quantity = electric("magnetic field gradient", "T/m", "10 T/m", [-1, 1, -2, -1]);
+/// A magnetic dipole moment.
+pub const MAGNETIC_MOMENT: Quantity = electric("magnetic moment", "A m^2", "1.2 A m^2", [2, 0, 0, 1]);
+/// Magnetisability γ per volume: a force per volume over the gradient of B·B.
+pub const MAGNETISABILITY: Quantity = electric("magnetisability", "A^2/N", "4e5 A^2/N", [-1, -1, 2, 2]);
 
-/// All quantities that have a name in messages; the last five occur only as a wrong dimension.
-const NAMED: [Quantity; 21] = [
+/// All quantities that have a name in messages; the last ones occur only as a wrong dimension.
+const NAMED: &[Quantity] = &[
     NUMBER,
     LENGTH,
     TIME,
@@ -83,6 +109,17 @@ const NAMED: [Quantity; 21] = [
     AREA_DAMPING,
     AREA_STIFFNESS,
     SPRING_STIFFNESS,
+    CHARGE,
+    CHARGE_PER_MASS,
+    CHARGE_PER_AREA,
+    CHARGE_PER_VOLUME,
+    ELECTRIC_FIELD,
+    MAGNETIC_FIELD,
+    MAGNETIC_GRADIENT,
+    MAGNETIC_MOMENT,
+    MAGNETISABILITY,
+    electric("current", "A", "1 A", [0, 0, 0, 1]),
+    electric("voltage", "V", "1 V", [2, 1, -3, -1]),
     quantity("mass", "kg", "1 kg", [0, 1, 0, 0]),
     quantity("force", "N", "1 N", [1, 1, -2, 0]),
     quantity("energy", "J", "1 J", [2, 1, -2, 0]),
@@ -108,7 +145,7 @@ impl Dimension {
         if let Some(known) = NAMED.iter().find(|quantity| quantity.dimension == self) {
             return known.with_article();
         }
-        let powers = [("kg", self.kg), ("m", self.m), ("s", self.s), ("K", self.k)];
+        let powers = [("kg", self.kg), ("m", self.m), ("s", self.s), ("K", self.k), ("A", self.a)];
         let factor = |(unit, power): (&str, i32)| if power == 1 { unit.to_owned() } else { format!("{unit}^{power}") };
         let factors: Vec<String> = powers.iter().filter(|(_, power)| *power != 0).map(|pair| factor(*pair)).collect();
         format!("in {}", factors.join(" "))
@@ -120,6 +157,7 @@ impl Dimension {
             kg: self.kg + power * other.kg,
             s: self.s + power * other.s,
             k: self.k + power * other.k,
+            a: self.a + power * other.a,
         }
     }
 }
@@ -218,17 +256,21 @@ impl Unit {
     const ONE: Self = Self { dimension: Dimension::ONE, exponent: 0, factor: 1.0 };
 }
 
-/// Units that take prefixes: symbol, quantity's exponents (m, kg, s, K), power of ten to SI.
-const PREFIXED: [(&str, [i32; 4], i32); 9] = [
-    ("m", [1, 0, 0, 0], 0),
-    ("g", [0, 1, 0, 0], -3),
-    ("s", [0, 0, 1, 0], 0),
-    ("K", [0, 0, 0, 1], 0),
-    ("N", [1, 1, -2, 0], 0),
-    ("Pa", [-1, 1, -2, 0], 0),
-    ("J", [2, 1, -2, 0], 0),
-    ("W", [2, 1, -3, 0], 0),
-    ("Hz", [0, 0, -1, 0], 0),
+/// Units that take prefixes: symbol, quantity's exponents (m, kg, s, K, A), power of ten to SI.
+const PREFIXED: [(&str, [i32; 5], i32); 13] = [
+    ("m", [1, 0, 0, 0, 0], 0),
+    ("g", [0, 1, 0, 0, 0], -3),
+    ("s", [0, 0, 1, 0, 0], 0),
+    ("K", [0, 0, 0, 1, 0], 0),
+    ("N", [1, 1, -2, 0, 0], 0),
+    ("Pa", [-1, 1, -2, 0, 0], 0),
+    ("J", [2, 1, -2, 0, 0], 0),
+    ("W", [2, 1, -3, 0, 0], 0),
+    ("Hz", [0, 0, -1, 0, 0], 0),
+    ("A", [0, 0, 0, 0, 1], 0),
+    ("C", [0, 0, 1, 0, 1], 0),
+    ("V", [2, 1, -3, 0, -1], 0),
+    ("T", [0, 1, -2, 0, -1], 0),
 ];
 
 /// Prefixes and their powers of ten; micro is also written with the micro sign and with the Greek letter.
@@ -248,8 +290,8 @@ const PREFIXES: [(char, i32); 11] = [
 
 fn named_unit(name: &str) -> Result<Unit, UnitError> {
     let base = |name: &str| PREFIXED.iter().find(|unit| unit.0 == name);
-    let unit = |&(_, [m, kg, s, k], exponent): &(&str, [i32; 4], i32), prefix: i32| Unit {
-        dimension: Dimension { m, kg, s, k },
+    let unit = |&(_, [m, kg, s, k, a], exponent): &(&str, [i32; 5], i32), prefix: i32| Unit {
+        dimension: Dimension { m, kg, s, k, a },
         exponent: exponent + prefix,
         factor: 1.0,
     };
@@ -257,7 +299,7 @@ fn named_unit(name: &str) -> Result<Unit, UnitError> {
     match name {
         "min" => return Ok(time(60.0)),
         "h" => return Ok(time(3600.0)),
-        "C" | "\u{b0}C" | "degC" | "celsius" | "Celsius" => return Err(UnitError::Celsius),
+        "\u{b0}C" | "degC" | "celsius" | "Celsius" => return Err(UnitError::Celsius),
         _ => {}
     }
     if let Some(known) = base(name) {
@@ -355,7 +397,8 @@ impl Cursor<'_> {
         let dimension = left.dimension.combine(right.dimension, power);
         let exponent = left.exponent + power * right.exponent;
         // No quantity comes near these bounds, which keep the exponents from overflowing.
-        let largest = [dimension.m, dimension.kg, dimension.s, dimension.k].map(i32::abs).into_iter().max();
+        let largest =
+            [dimension.m, dimension.kg, dimension.s, dimension.k, dimension.a].map(i32::abs).into_iter().max();
         if largest.unwrap_or(0) > 60 || exponent.abs() > 300 {
             return Err(self.malformed());
         }
@@ -381,6 +424,11 @@ mod tests {
             ("40 W", 40.0, POWER),
             ("320 K", 320.0, TEMPERATURE),
             ("15 W/(m K)", 15.0, CONDUCTIVITY),
+            ("100 C/kg", 100.0, CHARGE_PER_MASS),
+            ("3 pC", 3e-12, CHARGE),
+            ("-100 N/C", -100.0, ELECTRIC_FIELD),
+            ("50 mT", 0.05, MAGNETIC_FIELD),
+            ("2 kV/mm", 2e6, ELECTRIC_FIELD),
             ("15 W/m/K", 15.0, CONDUCTIVITY),
             ("500 J/kg/K", 500.0, HEAT_CAPACITY),
             ("1.8e-5 Pa s", 1.8e-5, VISCOSITY),
@@ -431,7 +479,7 @@ mod tests {
         }
 
         #[test]
-        fn no_unit_makes_it_panic(text in "[0-9.eE+-]{0,6}[ umkgsKNPaJWHz/*()^0-9.-]{0,40}") {
+        fn no_unit_makes_it_panic(text in "[0-9.eE+-]{0,6}[ umkgsKNPaJWHzACVT/*()^0-9.-]{0,40}") {
             if let Ok(parsed) = parse(&text) {
                 prop_assert!(parsed.value.is_finite());
             }

@@ -6,7 +6,7 @@ use stagger_solver::{
     coupling::{Local, Participant},
     physics::{
         Plane, Wall,
-        particles::{Contact, ContactLaw, Integrator, Particles, Settings as Motion, Start},
+        particles::{Contact, ContactLaw, FieldForces, Integrator, Particles, Settings as Motion, Start},
         thermal::{Conductance, Settings as Heat, Thermal},
     },
 };
@@ -47,7 +47,9 @@ fn members(integrator: Integrator, phi: f64) -> BTreeMap<String, Box<dyn Partici
         friction: None,
         rolling: None,
         bond: None,
+        bonds: None,
         drag: None,
+        fields: FieldForces::default(),
         gravity_m_s2: [0.0; 3],
         walls: walls.clone(),
         spin: false,

@@ -3,9 +3,11 @@
 
 mod blocks;
 mod bodies;
+pub mod bonds;
 mod contact;
 mod contact_list;
 mod drag;
+pub mod fields;
 mod forces;
 mod friction;
 mod hertz;
@@ -23,6 +25,8 @@ mod quadrature;
 mod rolling;
 mod sequential_addition;
 mod settings;
+mod settings_bonds;
+mod settings_fields;
 mod softening;
 mod springs;
 mod state;
@@ -39,6 +43,8 @@ use std::{f64::consts::PI, sync::Arc};
 use stagger_messages::{Field, Fields, Measure, Port, Ports};
 
 pub use settings::*;
+pub use settings_bonds::*;
+pub use settings_fields::*;
 pub use state::State;
 
 use self::{

@@ -1,5 +1,6 @@
 use serde::Serialize;
 
+use super::{settings_bonds::BondSettings, settings_fields::FieldForces};
 use crate::physics::Wall;
 
 /// Everything the particle dynamics of a scene depends on. SI units.
@@ -29,8 +30,12 @@ pub struct Settings {
     pub rolling: Option<Rolling>,
     /// The monograph's bond of particles that overlap; `None` is none.
     pub bond: Option<OverlapBond>,
+    /// Bonds with a state of their own, which hold in tension and break; `None` is none.
+    pub bonds: Option<BondSettings>,
     /// Drag of a resting or streaming gas; `None` is vacuum.
     pub drag: Option<Drag>,
+    /// Electric, magnetic and near fields.
+    pub fields: FieldForces,
     /// Gravity g in m/s².
     pub gravity_m_s2: [f64; 3],
     /// Walls, in the order of the scene.
