@@ -8,14 +8,17 @@ mod acceleration;
 mod contact;
 mod coupling;
 mod files;
+mod groups;
 mod key;
 mod materials;
 mod nodes;
 mod optics;
+mod particle_file;
 mod particles;
 mod problems;
 mod reader;
 mod recovery;
+mod start;
 mod thermal;
 mod tree;
 pub mod units;
@@ -234,7 +237,7 @@ impl Scene {
                 .into_iter()
                 .filter_map(|(name, runs)| runs.then_some(name))
                 .collect();
-        let bodies = particles::Bodies::read(particles, &materials);
+        let bodies = particles::Bodies::read(particles, &materials, &walls);
         let nodes = nodes::read(root, &NODES, &bodies, |physics| built_in.contains(&physics));
         let second_laser = nodes.values().any(|node| node.optics.is_some());
         // A program under the name of a built-in physics writes what that one would.

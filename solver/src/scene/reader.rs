@@ -123,7 +123,8 @@ impl<'d> Table<'d> {
         self.log.values.borrow_mut().push(value);
     }
 
-    fn missing(&self, key: &Key) {
+    /// Reports a key that must be given and is not, unless a mistyped one was surely meant to be it.
+    pub fn missing(&self, key: &Key) {
         if !self.meant.contains(&key.name) {
             self.mistake(
                 self.place,
