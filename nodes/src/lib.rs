@@ -6,6 +6,7 @@ pub mod cli;
 pub mod conformance;
 pub mod coordinator;
 pub mod diagnostics;
+pub mod export;
 pub mod graph;
 pub mod host;
 pub mod in_process;

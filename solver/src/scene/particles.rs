@@ -137,7 +137,7 @@ impl<'d> Bodies<'d> {
         let temperature_k = table.number(&TEMPERATURE_KEY);
         let (mut groups, mut count, mut radius_m) = (Vec::new(), 0, f64::NAN);
         let start = match Starting::read(&table) {
-            Some(starting) if starting.from_file() => {
+            Some(starting) if starting.gives_all() => {
                 let start = starting.given(materials, &mut used);
                 if let Some(Start::Given { radii_m, .. }) = &start {
                     count = radii_m.len();

@@ -133,7 +133,7 @@ impl<'d> Starting<'d> {
     }
 
     /// Whether a file says what the particles are.
-    pub fn from_file(&self) -> bool {
+    pub fn gives_all(&self) -> bool {
         self.kind == "file"
     }
 

@@ -169,7 +169,7 @@ fn line(node: &Node<'_, '_>) -> Option<usize> {
 }
 
 /// The XML without its appended data, and these: what follows the underscore. Raw ones are no text.
-fn split(contents: &[u8]) -> Result<(String, Option<(Vec<u8>, bool)>), Faults> {
+fn split(contents: &[u8]) -> Result<(String, Option<Appended>), Faults> {
     let find = |from: usize, wanted: &[u8]| {
         contents[from..].windows(wanted.len()).position(|window| window == wanted).map(|at| from + at)
     };
@@ -184,7 +184,7 @@ fn split(contents: &[u8]) -> Result<(String, Option<(Vec<u8>, bool)>), Faults> {
         let end = find(mark, b"<").unwrap_or(contents.len());
         contents[mark + 1..end].to_vec()
     };
-    Ok((text(&contents[..start])? + "</VTKFile>", Some((data, raw))))
+    Ok((text(&contents[..start])? + "</VTKFile>", Some(Appended { data, raw })))
 }
 
 /// How numbers are written in a file.
@@ -192,8 +192,14 @@ struct Coding {
     little_endian: bool,
     header: Number,
     packed: bool,
-    /// Appended bytes, and whether they are raw instead of base64.
-    appended: Option<(Vec<u8>, bool)>,
+    appended: Option<Appended>,
+}
+
+/// Data behind the XML.
+struct Appended {
+    data: Vec<u8>,
+    /// Raw instead of base64.
+    raw: bool,
 }
 
 impl Coding {
@@ -207,7 +213,7 @@ impl Coding {
             "binary" => self.unpack(&base64(text.as_bytes())?)?,
             "appended" => {
                 let offset: usize = array.attribute("offset").and_then(|offset| offset.parse().ok()).unwrap_or(0);
-                let (data, raw) = self.appended.as_ref().ok_or("its data are appended, but nothing is")?;
+                let Appended { data, raw } = self.appended.as_ref().ok_or("its data are appended, but nothing is")?;
                 let data = data.get(offset..).ok_or("its data begin behind the end of the file")?;
                 if *raw { self.unpack(data)? } else { self.unpack(&base64(data)?)? }
             }

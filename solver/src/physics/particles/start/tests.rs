@@ -100,8 +100,10 @@ fn too_dense_says_so_and_ends() {
 fn a_lattice_fills_the_share_of_space_that_is_its_own() {
     use Lattice::{BodyCentredCubic, FaceCentredCubic, HexagonalClosePacked, SimpleCubic};
     // Ashcroft & Mermin 1976, table 4.1 and problem 4.5.
-    let fractions = [(SimpleCubic, 0.5236), (BodyCentredCubic, 0.6802), (FaceCentredCubic, 0.7405)];
-    for (lattice, fraction) in fractions.into_iter().chain([(HexagonalClosePacked, 0.7405)]) {
+    let (cubic, close) = (std::f64::consts::FRAC_PI_6, 0.7405);
+    let fractions =
+        [(SimpleCubic, cubic), (BodyCentredCubic, 0.6802), (FaceCentredCubic, close), (HexagonalClosePacked, close)];
+    for (lattice, fraction) in fractions {
         let count = 20_000;
         let bodies = drawn(&[uniform_radii(count, 0.5, 0.0, 0)], 1);
         let region = cube(40.0);
