@@ -9,7 +9,7 @@ use stagger_solver::{
 use crate::check::check;
 
 /// Name of the format; keys are added within one version, never renamed or removed.
-pub const FORMAT: &str = "stagger-check/1";
+pub const FORMAT: &str = "stagger-check/2";
 
 /// A scene as a program reads it. An infinite number is `null` in JSON.
 #[derive(Serialize)]

@@ -17,6 +17,7 @@ mod steps;
 mod summary;
 mod summary_text;
 mod thinning;
+pub mod vtp;
 
 pub use accounts::{Accounts, Outcome};
 pub use error::RecordingError;

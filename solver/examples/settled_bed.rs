@@ -11,7 +11,7 @@ use stagger_solver::{
     coupling::{Frozen, Physics, Window},
     physics::{
         Plane, Wall,
-        particles::{Contact, ContactLaw, FieldForces, Friction, Integrator, Particles, Settings, Start},
+        particles::{Contact, ContactLaw, FieldForces, Friction, Integrator, Material, Particles, Settings, Start},
         thermal::{self, Conductance, Thermal},
     },
 };
@@ -109,14 +109,13 @@ fn report(fields: &Fields) -> Result<(), Box<dyn Error + Send + Sync>> {
 
 fn bed(rows: &[[f64; 6]], walls: Vec<Wall>) -> Settings {
     Settings {
-        count: rows.len(),
-        radius_m: RADIUS_M,
-        radius_spread_m: 0.0,
-        density_kg_m3: 2500.0,
+        groups: Vec::new(),
+        materials: vec![Material { name: "glass".into(), density_kg_m3: 2500.0 }],
         start: Start::Given {
             positions_m: rows.iter().map(|row| [row[0], row[1], row[2]]).collect(),
             velocities_m_s: rows.iter().map(|row| [row[3], row[4], row[5]]).collect(),
             radii_m: vec![RADIUS_M; rows.len()],
+            materials: vec![0; rows.len()],
         },
         seed: 1,
         temperature_k: 300.0,

@@ -8,6 +8,7 @@ mod bad_runs;
 mod by_hand;
 mod commands;
 mod faults;
+mod files;
 mod live;
 mod program;
 mod recovery;

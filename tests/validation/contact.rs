@@ -11,7 +11,10 @@ use stagger_solver::{
     coupling::{Frozen, Physics, Reply, Window},
     physics::{
         Plane, Wall,
-        particles::{Contact, ContactLaw, Drag, FieldForces, Friction, Integrator, Particles, Settings, Start, State},
+        particles::{
+            Contact, ContactLaw, Drag, FieldForces, Friction, Group, Integrator, Material, Particles, Radius, Settings,
+            Start, StartRegion, State,
+        },
     },
 };
 
@@ -21,14 +24,13 @@ const VERLET: Integrator = Integrator::Verlet { substep_s: None };
 /// Elastic, frictionless particles in vacuum.
 fn settings(law: ContactLaw, density_kg_m3: f64, particles: &[([f64; 3], [f64; 3], f64)]) -> Settings {
     Settings {
-        count: particles.len(),
-        radius_m: 1.0,
-        radius_spread_m: 0.0,
-        density_kg_m3,
+        groups: Vec::new(),
+        materials: vec![Material { name: "matter".into(), density_kg_m3 }],
         start: Start::Given {
             positions_m: particles.iter().map(|particle| particle.0).collect(),
             velocities_m_s: particles.iter().map(|particle| particle.1).collect(),
             radii_m: particles.iter().map(|particle| particle.2).collect(),
+            materials: vec![0; particles.len()],
         },
         seed: 1,
         temperature_k: 300.0,
@@ -311,11 +313,10 @@ fn a_box_holds_its_particles_and_their_energy() {
         })
     });
     let mut settings = settings(OVERLAP, 2000.0, &[]);
-    settings.count = 30;
-    settings.radius_m = radius;
-    settings.radius_spread_m = 0.01;
-    settings.start =
-        Start::SequentialAddition { lower_m: [-half; 3], upper_m: [half; 3], velocity_m_s: [0.9, 0.5, -1.1] };
+    let radii = Radius::Uniform { mean_m: radius, spread_m: 0.01 };
+    settings.groups = vec![Group { name: "balls".into(), count: 30, radius: radii, material: 0 }];
+    let region = StartRegion::Box { lower_m: [-half; 3], upper_m: [half; 3] };
+    settings.start = Start::SequentialAddition { region, velocity_m_s: [0.9, 0.5, -1.1] };
     settings.walls = vec![floor_below(), Wall { name: "box".into(), planes: planes.collect(), temperature_k: None }];
     settings.gravity_m_s2 = [0.0, 0.0, -9.81];
     let particles = Particles::new(settings).unwrap();

@@ -93,6 +93,20 @@ pub(super) enum Command {
         #[arg(long)]
         json: bool,
     },
+    /// Write a recording as files for ParaView (docs/particle-files.md); exit 3 when it is cut off
+    Export {
+        /// The recording
+        file: PathBuf,
+        /// Folder for the files, which is made
+        #[arg(long, value_name = "FOLDER")]
+        out: PathBuf,
+        /// Steps from one file to the next; the start and the last state are always written
+        #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+        every: u64,
+        /// Write the contacts between particles too
+        #[arg(long)]
+        contacts: bool,
+    },
     /// Show a recording, or a run that is going on, in Rerun
     View {
         /// A recording, or the name of a run on this host
@@ -116,6 +130,9 @@ pub(super) struct SceneArguments {
     /// Set a key of the scene: coupling.iterations=6
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value)]
     pub(super) overrides: Vec<(String, String)>,
+    /// Recording of the scene that holds the files it names, where they are not beside it; --resume gives its own
+    #[arg(long, value_name = "RECORDING")]
+    pub(super) files: Option<PathBuf>,
 }
 
 /// Where a coordinator meets its nodes.
@@ -179,6 +196,9 @@ pub(super) struct NodeArguments {
     /// Set a key of the scene, as the coordinator was told
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value)]
     pub(super) overrides: Vec<(String, String)>,
+    /// Recording of the scene that holds the files it names, where they are not beside it
+    #[arg(long, value_name = "RECORDING")]
+    pub(super) files: Option<PathBuf>,
     /// The endpoint of the coordinator, or of the router it connects to
     #[arg(long)]
     pub(super) connect: String,

@@ -23,14 +23,14 @@ use stagger_solver::scene::Scene;
 use crate::{
     check, check_json,
     coordinator::RunError,
-    diagnostics,
+    diagnostics, export,
     graph::Format,
     link::{Link, Role},
     node,
     replay::{self, Pace},
     resume, router,
     run::{self, Failed, Options},
-    verify, view,
+    scene_files, verify, view,
 };
 
 /// Exit codes beside 0, done: 1 failed, 2 usage or bad scene, 3 finished with something missing.
@@ -69,6 +69,7 @@ pub fn main(arguments: Arguments) -> ExitCode {
         Command::Replay(arguments) => replay_file(arguments),
         Command::Verify { file, node, tolerance, json } => verify_file(&file, node.as_deref(), tolerance, json),
         Command::Info { file, json } => info(&file, json),
+        Command::Export { file, out, every, contacts } => export_file(&file, &out, every, contacts),
         Command::View { what, save, connect, contacts } => {
             let mut arguments = Vec::new();
             if let Some(save) = save {
@@ -106,12 +107,12 @@ fn about(file: &Path, error: &dyn std::fmt::Display) -> End {
     End::Code(FAILED, format!("{}: {error}", file.display()))
 }
 
-fn read_scene(path: &Path, overrides: &[(String, String)]) -> Result<Scene, End> {
+fn read_scene(path: &Path, overrides: &[(String, String)], files: Option<&Path>) -> Result<Scene, End> {
     let text = std::fs::read_to_string(path).map_err(|error| {
         let hint = "expected the path of a scene, such as scenes/quick.toml";
         End::Code(USAGE, format!("cannot read the scene {}: {error}\nhint: {hint}", path.display()))
     })?;
-    Scene::parse(&text, &path.display().to_string(), overrides)
+    scene_files::parse(&text, path, overrides, files)
         .map_err(|problems| End::Code(USAGE, format!("the scene is not valid\n{problems}")))
 }
 
@@ -162,7 +163,9 @@ fn run_scene(arguments: RunArguments) -> End {
 }
 
 fn coordinate(arguments: &SceneArguments, output: &OutputArguments, resume: Option<&str>, options: Options) -> End {
-    let scene = match read_scene(&arguments.scene, &arguments.overrides) {
+    // A recording holds the files of its scene.
+    let files = arguments.files.clone().or_else(|| resume.map(|resume| resume::parts(resume).0.into()));
+    let scene = match read_scene(&arguments.scene, &arguments.overrides, files.as_deref()) {
         Ok(scene) => scene,
         Err(end) => return end,
     };
@@ -186,6 +189,7 @@ fn coordinate(arguments: &SceneArguments, output: &OutputArguments, resume: Opti
     let options = Options {
         scene: arguments.scene.clone(),
         overrides: arguments.overrides.clone(),
+        files,
         record: record.clone(),
         resume: resume.map(|(checkpoint, _)| checkpoint),
         ..options
@@ -228,7 +232,7 @@ fn how_to_go_on(path: &Path) -> String {
 }
 
 fn check_scene(arguments: &SceneArguments, graph: Option<Format>, json: bool) -> End {
-    let scene = match read_scene(&arguments.scene, &arguments.overrides) {
+    let scene = match read_scene(&arguments.scene, &arguments.overrides, arguments.files.as_deref()) {
         Ok(scene) => scene,
         Err(end) => return end,
     };
@@ -253,7 +257,7 @@ fn check_scene(arguments: &SceneArguments, graph: Option<Format>, json: bool) ->
 }
 
 fn run_node(arguments: NodeArguments) -> End {
-    let scene = match read_scene(&arguments.scene, &arguments.overrides) {
+    let scene = match read_scene(&arguments.scene, &arguments.overrides, arguments.files.as_deref()) {
         Ok(scene) => scene,
         Err(end) => return end,
     };
@@ -329,6 +333,19 @@ fn verify_file(file: &Path, node: Option<&str>, tolerance: f64, json: bool) -> E
         None if !verified.complete => End::Code(MISSING, "the recording is cut off; what it holds is verified".into()),
         None => End::Done,
     }
+}
+
+fn export_file(file: &Path, out: &Path, every: u64, contacts: bool) -> End {
+    let exported = Recording::open(file)
+        .map_err(Into::into)
+        .and_then(|recording| export::export(&recording, out, every, contacts));
+    let exported = match exported {
+        Ok(exported) => exported,
+        Err(error) => return about(file, &error),
+    };
+    let contacts = exported.contacts.map_or(String::new(), |path| format!(" and {}", path.display()));
+    print(&format!("{} states: open {}{contacts} in ParaView", exported.states, exported.particles.display()));
+    if exported.complete { End::Done } else { End::Code(MISSING, format!("{} is cut off", file.display())) }
 }
 
 /// Prints a result as JSON.

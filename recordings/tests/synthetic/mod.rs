@@ -41,6 +41,7 @@ pub fn info() -> RunInfo {
         run: "synthetic".into(),
         scene_file: "synthetic.toml".into(),
         scene_text: "title = \"Powder falls on a plate, a beam sweeps over it\"\n".into(),
+        files: [("bed.csv".to_owned(), b"x,y,z,radius\n".as_slice().into())].into(),
         scene_hash: 0x5ca1_ab1e,
         overrides: vec![("duration".into(), "20 ms".into()), ("seed".into(), "7".into())],
         seed: 7,

@@ -9,7 +9,7 @@ use super::{
     },
 };
 use crate::physics::particles::{
-    Base, Charge, Electromagnetic, FieldForces, Magnetic, MagneticSource, NearFieldSettings, Presence, Region,
+    Base, Charge, Electromagnetic, FieldForces, FieldRegion, Magnetic, MagneticSource, NearFieldSettings, Presence,
 };
 
 pub(super) static ELECTROMAGNETIC: Key = Key::new(
@@ -300,7 +300,7 @@ fn magnetic(table: Table<'_>) -> Option<Magnetic> {
 }
 
 fn presence(table: &Table<'_>) -> Presence {
-    let region = table.optional_table(&REGION).map_or(Region::Everywhere, region);
+    let region = table.optional_table(&REGION).map_or(FieldRegion::Everywhere, region);
     let (starts_s, ends_s) = (table.number(&STARTS), table.optional_number(&ENDS).unwrap_or(f64::INFINITY));
     if ends_s <= starts_s {
         table.reject(&ENDS, format!("expected a time after it starts, {starts_s:e} s"));
@@ -308,17 +308,17 @@ fn presence(table: &Table<'_>) -> Presence {
     Presence { region, starts_s, ends_s }
 }
 
-fn region(table: Table<'_>) -> Region {
+fn region(table: Table<'_>) -> FieldRegion {
     let region = match table.choice(&REGION_KIND) {
-        "half-space" => Region::HalfSpace { through_m: table.vector(&THROUGH), normal: table.direction(&NORMAL) },
+        "half-space" => FieldRegion::HalfSpace { through_m: table.vector(&THROUGH), normal: table.direction(&NORMAL) },
         "box" => {
             let (lower_m, upper_m) = (table.vector(&LOWER), table.vector(&UPPER));
             if (0..3).any(|axis| lower_m[axis] >= upper_m[axis]) {
                 table.reject(&UPPER, "expected to lie above the lower corner along every axis");
             }
-            Region::Box { lower_m, upper_m }
+            FieldRegion::Box { lower_m, upper_m }
         }
-        _ => Region::Everywhere,
+        _ => FieldRegion::Everywhere,
     };
     table.finish();
     region

@@ -109,14 +109,7 @@ pub(super) fn choose(
 ) -> (String, Material) {
     let name = table.text(key);
     let material = materials.get(&name).copied().unwrap_or_else(|| {
-        let names = || materials.keys().map(String::as_str);
-        let hint = match nearest(&name, names()) {
-            Some(near) => format!("did you mean \"{near}\"?"),
-            None => {
-                format!("known are {}; others are defined in [materials.NAME]", names().collect::<Vec<_>>().join(", "))
-            }
-        };
-        table.reject_with(key, format!("no material is called {name:?}"), Some(hint));
+        table.reject_with(key, format!("no material is called {name:?}"), known(&name, materials));
         // All properties are there, so that nothing else is reported missing.
         let unknown = Some(f64::NAN);
         Material {
@@ -129,4 +122,13 @@ pub(super) fn choose(
         }
     });
     (name, material)
+}
+
+/// What to do about a name that no material has.
+pub(super) fn known(name: &str, materials: &BTreeMap<String, Material>) -> Option<String> {
+    let names = || materials.keys().map(String::as_str);
+    Some(match nearest(name, names()) {
+        Some(near) => format!("did you mean \"{near}\"?"),
+        None => format!("known are {}; others are defined in [materials.NAME]", names().collect::<Vec<_>>().join(", ")),
+    })
 }

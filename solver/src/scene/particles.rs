@@ -4,20 +4,18 @@ use std::collections::BTreeMap;
 
 use super::{
     bonds, contact, fields,
+    groups::{self, COUNT, GROUPS, MATERIAL, RADIUS, Used},
     key::{Key, Kind, Range, Section},
     materials::{self, Material},
     reader::Table,
-    units::{ACCELERATION, LENGTH, NUMBER, SPEED, TEMPERATURE, TIME},
+    start::{START, Starting},
+    units::{ACCELERATION, NUMBER, TEMPERATURE, TIME},
 };
 use crate::physics::{
     Wall,
-    particles::{Integrator, Settings, Start},
+    particles::{Group, Integrator, Settings, Start},
 };
 
-static COUNT: Key = Key::new("count", Kind::Whole(0, 10_000_000), "Number of particles.");
-static RADIUS: Key = Key::new("radius", Kind::Table(&RADIUS_SECTION), "Radius.");
-static MATERIAL: Key = Key::new("material", Kind::Text, "Material, built in or from [materials.NAME].").or("\"316L\"");
-static START: Key = Key::new("start", Kind::Table(&START_SECTION), "Where particles start.");
 static TEMPERATURE_KEY: Key = Key::new(
     "temperature",
     Kind::Number(&TEMPERATURE, Range::POSITIVE),
@@ -51,6 +49,7 @@ pub(super) static SECTION: Section = Section {
         &COUNT,
         &RADIUS,
         &MATERIAL,
+        &GROUPS,
         &START,
         &TEMPERATURE_KEY,
         &CONTACT,
@@ -67,39 +66,6 @@ pub(super) static SECTION: Section = Section {
         &INTEGRATOR,
         &SKIN,
     ],
-};
-
-static MEAN: Key = Key::new("mean", Kind::Number(&LENGTH, Range::POSITIVE), "Mean radius.");
-static SPREAD: Key = Key::new(
-    "spread",
-    Kind::Number(&LENGTH, Range::NOT_NEGATIVE),
-    "Half width of the uniform distribution about the mean; less than the mean.",
-)
-.or("0");
-static RADIUS_SECTION: Section = Section {
-    path: "particles.radius",
-    doc: "Distribution of radii.",
-    example: "{ mean = \"25 um\", spread = \"5 um\" }",
-    shorthand: Some(&MEAN),
-    keys: &[&MEAN, &SPREAD],
-};
-
-static START_KIND: Key = Key::new(
-    "kind",
-    Kind::Choice(&[("sequential-addition", "one after the other at random, none overlapping (Widom 1966)")]),
-    "How places are chosen.",
-)
-.or("\"sequential-addition\"");
-static BOX: Key = Key::new("box", Kind::Vector(&LENGTH), "Edges of the box that holds the particles.");
-static AT: Key = Key::new("at", Kind::Vector(&LENGTH), "Lower corner of the box.")
-    .or_from("centred over the origin, floor at z = 0");
-static VELOCITY: Key = Key::new("velocity", Kind::Vector(&SPEED), "Velocity of every particle.").or("[0, 0, 0]");
-static START_SECTION: Section = Section {
-    path: "particles.start",
-    doc: "Where particles start.",
-    example: "{ box = [\"1 mm\", \"1 mm\", \"2 mm\"], velocity = [0, 0, \"-0.5 m/s\"] }",
-    shorthand: None,
-    keys: &[&START_KIND, &BOX, &AT, &VELOCITY],
 };
 
 static INTEGRATOR_KIND: Key = Key::new(
@@ -140,9 +106,13 @@ static INTEGRATOR_SECTION: Section = Section {
 /// What the other physics need to know of the particles.
 pub(super) struct Bodies<'d> {
     table: Option<Table<'d>>,
+    groups: Vec<Group>,
+    used: Used,
+    start: Option<Start>,
     pub count: usize,
+    /// Mean radius of the group with the smallest, in m.
     pub radius_m: f64,
-    pub spread_m: f64,
+    /// Material of `[particles]` itself.
     pub material: (String, Material),
     pub temperature_k: f64,
 }
@@ -157,42 +127,56 @@ pub(super) fn property(table: &Table<'_>, material: &(String, Material), name: &
 }
 
 impl<'d> Bodies<'d> {
-    /// Reads what the particles are. Without `[particles]` there are none, of 316L and a usual size: that nobody writes
-    /// their positions is found when the ports are checked.
-    pub fn read(table: Option<Table<'d>>, materials: &BTreeMap<String, Material>) -> Self {
+    /// Reads what the particles are and where they start. Without `[particles]` there are none, of 316L and a usual size:
+    /// that nobody writes their positions is found when the ports are checked.
+    pub fn read(table: Option<Table<'d>>, materials: &BTreeMap<String, Material>, walls: &[Wall]) -> Self {
+        let mut used = Used::default();
         let Some(table) = table else {
-            let material = materials.get("316L").copied().unwrap_or_default();
-            let material = ("316L".into(), material);
-            return Self { table: None, count: 0, radius_m: 25e-6, spread_m: 0.0, material, temperature_k: 300.0 };
+            let material = ("316L".to_owned(), materials.get("316L").copied().unwrap_or_default());
+            let (groups, radius_m, temperature_k) = (Vec::new(), 25e-6, 300.0);
+            return Self { table: None, groups, used, start: None, count: 0, radius_m, material, temperature_k };
         };
-        let count = usize::try_from(table.whole(&COUNT)).unwrap_or(usize::MAX);
-        let (mut radius_m, mut spread_m) = (f64::NAN, f64::NAN);
-        if let Some(radius) = table.optional_table(&RADIUS) {
-            (radius_m, spread_m) = (radius.number(&MEAN), radius.number(&SPREAD));
-            if spread_m >= radius_m {
-                radius.reject(&SPREAD, format!("expected less than the mean, {radius_m:e} m, found {spread_m:e} m"));
-            }
-            radius.finish();
-        }
         let material = materials::choose(&table, &MATERIAL, materials);
+        used.index(material.0.clone(), material.1);
         let temperature_k = table.number(&TEMPERATURE_KEY);
-        Self { count, radius_m, spread_m, material, temperature_k, table: Some(table) }
+        let (mut groups, mut count, mut radius_m) = (Vec::new(), 0, f64::NAN);
+        let start = match Starting::read(&table) {
+            Some(starting) if starting.gives_all() => {
+                let start = starting.given(materials, &mut used);
+                if let Some(Start::Given { radii_m, .. }) = &start {
+                    count = radii_m.len();
+                    radius_m = radii_m.iter().sum::<f64>() / count.max(1) as f64;
+                }
+                start
+            }
+            starting => {
+                groups = groups::read(&table, materials, &mut used);
+                let largest_m = groups.iter().map(|group| group.radius.largest_m()).fold(f64::NAN, f64::max);
+                count = groups.iter().map(|group| group.count).fold(0, usize::saturating_add);
+                radius_m = groups.iter().map(|group| group.radius.mean_m()).fold(f64::NAN, f64::min);
+                starting.and_then(|starting| starting.place(largest_m, walls))
+            }
+        };
+        Self { table: Some(table), groups, used, start, count, radius_m, material, temperature_k }
     }
 
-    /// A property of the material, reported where it is missing.
+    /// A property of the one material that another physics takes for all particles, reported where it is missing.
     pub fn property(&self, name: &str, value: Option<f64>) -> f64 {
-        match &self.table {
-            Some(table) => property(table, &self.material, name, value),
-            None => value.unwrap_or(f64::NAN),
+        let Some(table) = &self.table else { return value.unwrap_or(f64::NAN) };
+        if self.used.list.len() > 1 {
+            let names: Vec<_> = self.used.list.iter().map(|(name, _)| name.as_str()).collect();
+            let message =
+                format!("the particles are of {}, but [thermal] and [optics] take one material", names.join(", "));
+            table.reject(&MATERIAL, message);
         }
+        property(table, &self.material, name, value)
     }
 
-    /// Reads how the particles start and move.
+    /// Reads how the particles move.
     pub fn settings(self, walls: &[Wall], seed: u64, thermal_runs: bool) -> Option<Settings> {
-        let density_kg_m3 = self.property("density", self.material.1.density_kg_m3);
-        let start = self.start(walls);
-        let Self { table, count, radius_m, spread_m, material, temperature_k } = self;
+        let Self { table, groups, used, start, material, temperature_k, .. } = self;
         let table = table?;
+        let materials = used.settings(|used| property(&table, used, "density", used.1.density_kg_m3));
         // Everything is read before anything is given up, so that every mistake is found.
         let contact = contact::contact(&table, &CONTACT, &material);
         let friction = contact::friction(&table, &FRICTION);
@@ -209,10 +193,8 @@ impl<'d> Bodies<'d> {
         table.finish();
         let contact = contact?;
         Some(Settings {
-            count,
-            radius_m,
-            radius_spread_m: spread_m,
-            density_kg_m3,
+            groups,
+            materials,
             start: start?,
             seed,
             temperature_k,
@@ -231,35 +213,6 @@ impl<'d> Bodies<'d> {
             skin,
         })
     }
-
-    fn start(&self, walls: &[Wall]) -> Option<Start> {
-        let table = self.table.as_ref()?.optional_table(&START)?;
-        table.choice(&START_KIND);
-        let edges = table.vector(&BOX);
-        let largest = 2.0 * (self.radius_m + self.spread_m);
-        if edges.iter().any(|edge| *edge < largest) {
-            table.reject(&BOX, format!("expected edges of at least the largest particle's diameter, {largest:e} m"));
-        }
-        let lower_m = table.vector_or(&AT, [-edges[0] / 2.0, -edges[1] / 2.0, 0.0]);
-        let upper_m = std::array::from_fn(|axis| lower_m[axis] + edges[axis]);
-        for wall in walls {
-            if wall.planes.iter().any(|plane| reach_behind(lower_m, upper_m, plane.through, plane.normal)) {
-                let key = if table.is_given(&AT) { &AT } else { &BOX };
-                table.reject(key, format!("the box reaches behind the wall `{}`", wall.name));
-            }
-        }
-        let velocity_m_s = table.vector(&VELOCITY);
-        table.finish();
-        Some(Start::SequentialAddition { lower_m, upper_m, velocity_m_s })
-    }
-}
-
-/// Whether a corner of a box lies behind a plane, by more than rounding.
-fn reach_behind(lower: [f64; 3], upper: [f64; 3], through: [f64; 3], normal: [f64; 3]) -> bool {
-    let corner = |axis: usize| if normal[axis] > 0.0 { lower[axis] } else { upper[axis] };
-    let distance: f64 = (0..3).map(|axis| (corner(axis) - through[axis]) * normal[axis]).sum();
-    let size: f64 = (0..3).map(|axis| (upper[axis] - lower[axis]).abs() + through[axis].abs()).sum();
-    distance < -1e-9 * size
 }
 
 fn integrator(particles: &Table<'_>) -> Option<Integrator> {

@@ -11,8 +11,9 @@ use crate::{
     physics::{
         optics::{Model, Path, Profile},
         particles::{
-            Base, BondSettings, BondStiffness, Charge, ContactLaw, Electromagnetic, FieldForces, Friction, Integrator,
-            Magnetic, MagneticSource, NearFieldSettings, Presence, Region, Start,
+            Base, BondSettings, BondStiffness, Charge, ContactLaw, Electromagnetic, FieldForces, FieldRegion, Friction,
+            Group, Integrator, Lattice, Magnetic, MagneticSource, Material, NearFieldSettings, Presence, Radius, Start,
+            StartRegion,
         },
         thermal::Conductance,
     },
@@ -84,6 +85,11 @@ ends = 7
 magnetisability = 1e6
 uniform-gradient = { origin = [0, 0, 0.1], x = [-1, 0, 0], y = [0, -1, 0], z = [0, 0, 2] }
 ends = 7
+
+[particles.groups.coarse]
+count = 7
+radius = { distribution = "log-normal", mean = "50 um", deviation = "10 um", minimum = "30 um", maximum = "90 um" }
+material = "copper"
 
 [walls.z-plate]
 plane = { through = [0, 0, 0], normal = [0, 0, 2] }
@@ -157,13 +163,19 @@ path = { kind = "fixed", at = [0, 0, 0] }
 dt = "1 us"
 "#;
 
+/// The one file that the scenes here name.
+const BED: &str = "x,y,z,radius,material\n0,0,1,0.5,copper\n0,0,2.5,0.5,1\n";
+
 fn set(key: &str, value: &str) -> (String, String) {
     (key.into(), value.into())
 }
 
 fn parse(text: &str, overrides: &[(&str, &str)]) -> Scene {
     let overrides: Vec<_> = overrides.iter().map(|(key, value)| set(key, value)).collect();
-    Scene::parse(text, "x.toml", &overrides).unwrap_or_else(|problems| panic!("{problems}"))
+    let read = |path: &str| {
+        if path == "bed.csv" { Ok(BED.into()) } else { Err("no such file".to_owned()) }
+    };
+    Scene::parse_with_files(text, "x.toml", &overrides, &read).unwrap_or_else(|problems| panic!("{problems}"))
 }
 
 #[test]
@@ -171,11 +183,15 @@ fn every_value_of_a_scene_reaches_its_setting() {
     let scene = parse(FULL, &[]);
     assert_eq!((scene.title.as_str(), scene.duration_s, scene.seed), ("all keys", 1e-3, 3));
     let particles = scene.particles.unwrap();
-    assert_eq!((particles.count, particles.radius_m, particles.radius_spread_m), (10, 2.5e-5, 5e-6));
-    assert_eq!((particles.density_kg_m3, particles.temperature_k, particles.seed), (8960.0, 310.0, 3));
-    let Start::SequentialAddition { lower_m, upper_m, velocity_m_s } = particles.start else { panic!("sequential") };
-    assert_eq!((lower_m, velocity_m_s), ([0.0, 0.0, 1e-6], [0.0, 0.0, -0.5]));
-    assert_eq!(upper_m, [1e-3, 1e-3, 1e-6 + 2e-3]);
+    assert_eq!((particles.count(), particles.groups.len()), (17, 2));
+    assert_eq!(particles.groups[0].radius, Radius::Uniform { mean_m: 2.5e-5, spread_m: 5e-6 });
+    let coarse = Radius::LogNormal { mean_m: 5e-5, deviation_m: 1e-5, minimum_m: 3e-5, maximum_m: 9e-5 };
+    assert_eq!(particles.groups[1], Group { name: "coarse".into(), count: 7, radius: coarse, material: 0 });
+    assert_eq!(particles.materials, [Material { name: "copper".into(), density_kg_m3: 8960.0 }]);
+    assert_eq!((particles.temperature_k, particles.seed), (310.0, 3));
+    let Start::SequentialAddition { region, velocity_m_s } = particles.start else { panic!("sequential") };
+    let bounds = ([0.0, 0.0, 1e-6], [1e-3, 1e-3, 1e-6 + 2e-3]);
+    assert_eq!((region.bounds(), velocity_m_s), (bounds, [0.0, 0.0, -0.5]));
     let contact = particles.contact;
     assert_eq!(contact.law, ContactLaw::Overlap { stiffness_pa: 2e9, exponent: 1.5 });
     assert_eq!((contact.softening_rate, contact.softening_reference_k), (1.0, 290.0));
@@ -197,7 +213,7 @@ fn every_value_of_a_scene_reaches_its_setting() {
     };
     assert_eq!(particles.bonds, Some(bonds));
     let fields = particles.fields;
-    let region = Region::HalfSpace { through_m: [2.0, 0.0, 0.0], normal: [-1.0, 0.0, 0.0] };
+    let region = FieldRegion::HalfSpace { through_m: [2.0, 0.0, 0.0], normal: [-1.0, 0.0, 0.0] };
     let electromagnetic = Electromagnetic {
         charge: Charge::PerParticle(3e-12),
         electric_v_m: [-100.0, 0.0, 0.0],
@@ -205,7 +221,7 @@ fn every_value_of_a_scene_reaches_its_setting() {
         presence: Presence { region, starts_s: 1e-6, ends_s: 2e-6 },
     };
     assert_eq!(fields.electromagnetic, Some(electromagnetic));
-    let region = Region::Box { lower_m: [0.0; 3], upper_m: [1.0, 2.0, 3.0] };
+    let region = FieldRegion::Box { lower_m: [0.0; 3], upper_m: [1.0, 2.0, 3.0] };
     let near_field = NearFieldSettings {
         attraction: 0.5,
         attraction_exponent: 1.5,
@@ -266,7 +282,7 @@ fn every_value_of_a_scene_reaches_its_setting() {
     let recovery = RecoverySettings { checkpoint_steps: 20, restarts: 7, hang_s: 60.0, start_s: 5.0 };
     assert_eq!(scene.recovery, recovery);
     let second = scene.nodes["second"].optics.as_ref().unwrap();
-    assert_eq!((second.beam.power_w, second.count), (10.0, 10));
+    assert_eq!((second.beam.power_w, second.count), (10.0, 17));
     assert_eq!(second.beam.profile, Profile::Gaussian { radius_m: 2e-5 });
 }
 
@@ -275,9 +291,10 @@ fn defaults_are_those_of_the_reference_and_are_shown() {
     let scene = parse(SHORT, &[]);
     assert_eq!(scene.title, "x.toml");
     let particles = scene.particles.unwrap();
-    assert_eq!((particles.density_kg_m3, particles.radius_spread_m), (7950.0, 0.0));
-    let Start::SequentialAddition { lower_m, .. } = particles.start else { panic!("sequential") };
-    assert_eq!(lower_m, [-5e-4, -5e-4, 0.0]);
+    assert_eq!(particles.materials[0].density_kg_m3, 7950.0);
+    assert_eq!(particles.groups[0].radius, Radius::Uniform { mean_m: 2.5e-5, spread_m: 0.0 });
+    let Start::SequentialAddition { region, .. } = particles.start else { panic!("sequential") };
+    assert_eq!(region.bounds().0, [-5e-4, -5e-4, 0.0]);
     assert_eq!((particles.gravity_m_s2, particles.spin), ([0.0, 0.0, -9.81], false));
     assert_eq!(particles.fields, FieldForces::default());
     assert!(!particles.reads_temperature && particles.friction.is_none() && particles.drag.is_none());
@@ -341,7 +358,7 @@ fn overrides_replace_values_and_change_the_hash() {
         ],
     );
     let particles = scene.particles.unwrap();
-    assert_eq!((particles.count, particles.radius_m), (20, 3e-5));
+    assert_eq!((particles.count(), particles.groups[0].radius.mean_m()), (20, 3e-5));
     assert_eq!(particles.contact.law, ContactLaw::Hertz { young_pa: 193e9, poisson: 0.3 });
     assert_eq!(scene.coupling.dt.limit_s, 4e-6);
     assert_eq!(scene.walls[0].name, "floor");
@@ -364,6 +381,8 @@ fn reference_path(path: &str) -> String {
         [named @ ("walls" | "materials" | "nodes"), _, rest @ ..] => {
             std::iter::once(*named).chain(["NAME"]).chain(rest.iter().copied()).collect::<Vec<_>>().join(".")
         }
+        ["particles", "groups", _, "radius", rest @ ..] => format!("particles.radius.{}", rest.join(".")),
+        ["particles", "groups", _, rest @ ..] => format!("particles.groups.NAME.{}", rest.join(".")),
         ["coupling", "tolerance", ..] => "coupling.tolerance".into(),
         _ => path.into(),
     }
@@ -399,6 +418,15 @@ fn every_key_of_the_reference_is_read_and_every_value_read_is_in_it() {
             ("particles.friction", "{ law = \"spring\", stiffness-ratio = 0.3, damping-ratio = 0.1 }"),
             ("particles.rolling", "{ rolling = 0.1, torsion = 0.1 }"),
             ("particles.overlap-bond", "{ stiffness = \"1e6 Pa\", strain = 0.02 }"),
+        ],
+        &[("particles.start", "{ kind = \"lattice\", sphere = \"1 mm\" }")],
+        &[("particles.start", "{ cylinder = { radius = \"1 mm\", height = \"1 mm\", axis = \"x\" } }")],
+        &[
+            (
+                "particles",
+                "{ start = { kind = \"file\", path = \"bed.csv\", unit = \"mm\", materials = [\"copper\", \"copper\"] } }",
+            ),
+            ("particles.material", "copper"),
         ],
     ];
     let read: BTreeSet<String> = others
@@ -445,4 +473,47 @@ proptest! {
         // The text is ASCII, so every cut is a text.
         let _ = Scene::parse(&FULL[..end], "x.toml", &[]);
     }
+}
+
+#[test]
+fn every_kind_of_start_reaches_its_setting() {
+    let start = |text: &str| parse(SHORT, &[("particles.start", text)]).particles.unwrap().start;
+    let lattice = start("{ kind = \"lattice\", lattice = \"hcp\", spacing = 1.5, jitter = 0.5, sphere = \"1 mm\" }");
+    let region = StartRegion::Sphere { centre_m: [0.0, 0.0, 1e-3], radius_m: 1e-3 };
+    let (lattice_kind, velocity_m_s) = (Lattice::HexagonalClosePacked, [0.0; 3]);
+    let expected = Start::Lattice { region, lattice: lattice_kind, spacing: 1.5, jitter: 0.5, velocity_m_s };
+    assert_eq!(lattice, expected);
+    let growth = start("{ kind = \"growth\", box = [1, 2, 3], at = [4, 5, 6] }");
+    assert_eq!(growth, Start::Growth { lower_m: [4.0, 5.0, 6.0], upper_m: [5.0, 7.0, 9.0], velocity_m_s });
+    let lying = start("{ cylinder = { radius = 0.5, height = 2, axis = \"x\" } }");
+    let region = StartRegion::Cylinder { base_m: [0.0, 0.0, 0.5], axis: 0, radius_m: 0.5, height_m: 2.0 };
+    assert_eq!(lying, Start::SequentialAddition { region, velocity_m_s });
+    assert_eq!(region.bounds(), ([0.0, -0.5, 0.0], [2.0, 0.5, 1.0]));
+}
+
+#[test]
+fn the_particles_of_a_file_come_with_their_materials_and_its_contents_belong_to_the_scene() {
+    let short = "duration = 1\n[materials.copper]\ndensity = 8960\n[particles]\n[coupling]\ndt = 1\n";
+    let file = |more: &str| format!("{{ kind = \"file\", path = \"bed.csv\", {more} }}");
+    let text = file("unit = \"mm\", materials = [\"316L\", \"AlSi10Mg\"], velocity = [0, 0, -1]");
+    let scene = parse(short, &[("particles.start", &text)]);
+    let particles = scene.particles.unwrap();
+    let expected = Start::Given {
+        positions_m: vec![[0.0, 0.0, 1e-3], [0.0, 0.0, 2.5e-3]],
+        velocities_m_s: vec![[0.0, 0.0, -1.0]; 2],
+        radii_m: vec![5e-4; 2],
+        materials: vec![1, 2],
+    };
+    assert_eq!((particles.start, particles.groups.len()), (expected, 0));
+    let names: Vec<&str> = particles.materials.iter().map(|material| material.name.as_str()).collect();
+    assert_eq!(names, ["316L", "copper", "AlSi10Mg"]);
+    assert_eq!(&*scene.files["bed.csv"], BED.as_bytes());
+    // Other contents under the same name make another scene.
+    let overrides = [set("particles.start", &text)];
+    let other = |_: &str| Ok(BED.replace("2.5", "2.6").into_bytes());
+    let other = Scene::parse_with_files(short, "x.toml", &overrides, &other).unwrap();
+    assert_ne!(other.hash, scene.hash);
+    // Without a reader there is a mistake instead.
+    let message = Scene::parse(short, "x.toml", &overrides).unwrap_err().to_string();
+    assert!(message.contains("cannot read \"bed.csv\": this scene is read without"), "{message}");
 }

@@ -265,9 +265,9 @@ fn settings_out_of_range_are_refused_by_name() {
         change(&mut settings);
         Particles::new(settings).unwrap_err().to_string()
     };
-    assert!(wrong(&|s| s.density_kg_m3 = 0.0).contains("density"));
+    assert!(wrong(&|s| s.materials[0].density_kg_m3 = 0.0).contains("density"));
     assert!(wrong(&|s| s.skin = f64::NAN).contains("skin"));
-    assert!(wrong(&|s| s.count = 2).contains("2 particles, but 1 positions"));
+    assert!(wrong(&|s| s.materials.clear()).contains("material 0 of 0"));
     assert!(wrong(&|s| s.contact.law = ContactLaw::Hertz { young_pa: 1.0, poisson: 0.6 }).contains("Poisson"));
     assert!(
         wrong(&|s| s.integrator = Integrator::Trapezoidal { phi: 1.5, tolerance: 1.0, iterations: 1 }).contains("phi")

@@ -6,7 +6,7 @@ use stagger_solver::{
     coupling::{Local, Participant},
     physics::{
         Plane, Wall,
-        particles::{Contact, ContactLaw, FieldForces, Integrator, Particles, Settings as Motion, Start},
+        particles::{Contact, ContactLaw, FieldForces, Integrator, Material, Particles, Settings as Motion, Start},
         thermal::{Conductance, Settings as Heat, Thermal},
     },
 };
@@ -24,14 +24,13 @@ fn wall(name: &str, at: f64, normal: f64, temperature_k: f64) -> Wall {
 fn members(integrator: Integrator, phi: f64) -> BTreeMap<String, Box<dyn Participant>> {
     let walls = vec![wall("cold", 0.0, 1.0, WALLS[0]), wall("hot", GAP, -1.0, WALLS[1])];
     let motion = Motion {
-        count: 2,
-        radius_m: RADIUS,
-        radius_spread_m: 0.0,
-        density_kg_m3: DENSITY,
+        groups: Vec::new(),
+        materials: vec![Material { name: "matter".into(), density_kg_m3: DENSITY }],
         start: Start::Given {
             positions_m: vec![[START[0], 0.0, 0.0], [START[1], 0.0, 0.0]],
             velocities_m_s: vec![[START[2], 0.0, 0.0], [START[3], 0.0, 0.0]],
             radii_m: vec![RADIUS; 2],
+            materials: vec![0; 2],
         },
         seed: 0,
         temperature_k: START[4],

@@ -23,12 +23,12 @@ mod pair_kernel;
 mod pair_table;
 mod quadrature;
 mod rolling;
-mod sequential_addition;
 mod settings;
 mod settings_bonds;
 mod settings_fields;
 mod softening;
 mod springs;
+pub mod start;
 mod state;
 mod substep;
 mod tangential_spring;
@@ -56,8 +56,8 @@ use self::{
     lists::Lists,
     monograph_bond::MonographBond,
     pair_table::PairTable,
-    sequential_addition::SequentialAddition,
     softening::Softening,
+    start::Placed,
     state::{Advanced, Forces, Motion, Trial},
     substep::TimeScales,
     trapezoidal::Trapezoidal,
@@ -127,7 +127,7 @@ impl Particles {
     /// range; the message names the setting.
     pub fn new(settings: Settings) -> Result<Self, SolveError> {
         validate::settings(&settings)?;
-        let start = place(&settings)?;
+        let start = at_start(&settings)?;
         let planes = (0u32..).zip(&settings.walls).flat_map(|(wall, shape)| {
             shape.planes.iter().map(move |plane| Plane {
                 wall,
@@ -438,35 +438,21 @@ impl Physics for Particles {
 }
 
 /// The particles at t = 0, in the order of the fields.
-fn place(settings: &Settings) -> Result<(Bodies, Motion), SolveError> {
-    let (positions, velocities, radii) = match &settings.start {
-        Start::SequentialAddition { lower_m, upper_m, velocity_m_s } => {
-            let addition = SequentialAddition {
-                count: settings.count,
-                radius_m: settings.radius_m,
-                radius_spread_m: settings.radius_spread_m,
-                lower_m: *lower_m,
-                upper_m: *upper_m,
-                seed: settings.seed,
-            };
-            let (positions, radii) = addition.place()?;
-            let velocities = vec![Vec3::from(*velocity_m_s); positions.len()];
-            (positions, velocities, radii)
-        }
-        Start::Given { positions_m, velocities_m_s, radii_m } => {
-            let vectors = |given: &[[f64; 3]]| given.iter().copied().map(Vec3::from).collect::<Vec<_>>();
-            (vectors(positions_m), vectors(velocities_m_s), radii_m.clone())
-        }
-    };
-    let masses: Vec<f64> =
-        radii.iter().map(|radius| 4.0 / 3.0 * PI * radius.powi(3) * settings.density_kg_m3).collect();
+fn at_start(settings: &Settings) -> Result<(Bodies, Motion), SolveError> {
+    let Placed { positions, velocities, radii, materials } = start::place(settings)?;
+    let density = |material: &u16| settings.materials[usize::from(*material)].density_kg_m3;
+    let masses: Vec<f64> = (radii.iter().zip(&materials))
+        .map(|(radius, material)| 4.0 / 3.0 * PI * radius.powi(3) * density(material))
+        .collect();
     let bodies = Bodies {
         rows: (0u32..).take(radii.len()).collect(),
         inertias: masses.iter().zip(&radii).map(|(mass, radius)| 0.4 * mass * radius * radius).collect(),
+        // The laws of contact are those of one material.
         materials: vec![0; radii.len()],
         masses,
         radii,
     };
-    let spins = vec![Vec3::zeros(); positions.len()];
-    Ok((bodies, Motion { positions, velocities, spins }))
+    let vectors = |values: Vec<[f64; 3]>| values.into_iter().map(Vec3::from).collect::<Vec<_>>();
+    let spins = vec![Vec3::zeros(); bodies.radii.len()];
+    Ok((bodies, Motion { positions: vectors(positions), velocities: vectors(velocities), spins }))
 }

@@ -202,7 +202,7 @@ mod tests {
     use rand_chacha::{ChaCha8Rng, rand_core::SeedableRng};
 
     use super::*;
-    use crate::physics::particles::sequential_addition::uniform;
+    use crate::physics::particles::start::uniform;
 
     fn cloud(count: usize, smallest: f64) -> (Vec<Vec3>, Vec<f64>) {
         let mut random = ChaCha8Rng::from_seed([3; 32]);

@@ -6,14 +6,10 @@ use crate::physics::Wall;
 /// Everything the particle dynamics of a scene depends on. SI units.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Settings {
-    /// Number of particles; zero is allowed.
-    pub count: usize,
-    /// Mean radius R in m; positive.
-    pub radius_m: f64,
-    /// Half width of the uniform distribution of radii about the mean, in m; less than the mean.
-    pub radius_spread_m: f64,
-    /// Density ρ in kg/m³.
-    pub density_kg_m3: f64,
+    /// What the particles are; not looked at where they are given.
+    pub groups: Vec<Group>,
+    /// What they are made of; a particle names its material by its place in this list.
+    pub materials: Vec<Material>,
     /// Where particles start.
     pub start: Start,
     /// Seed of everything random.
@@ -49,12 +45,89 @@ pub struct Settings {
     pub skin: f64,
 }
 
+impl Settings {
+    /// Number of particles at t = 0; zero is allowed.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        match &self.start {
+            Start::Given { positions_m, .. } => positions_m.len(),
+            _ => self.groups.iter().map(|group| group.count).sum(),
+        }
+    }
+}
+
+/// Particles of one kind.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Group {
+    /// Its name; `particles` for the one that `[particles]` itself describes.
+    pub name: String,
+    /// Number of particles; zero is allowed.
+    pub count: usize,
+    /// Radii R.
+    pub radius: Radius,
+    /// Its material, as an index into [`Settings::materials`].
+    pub material: u16,
+}
+
+/// Distribution of radii R.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Radius {
+    /// Uniform in mean ± spread.
+    Uniform {
+        /// Mean, in m; positive.
+        mean_m: f64,
+        /// Half width, in m; less than the mean.
+        spread_m: f64,
+    },
+    /// Log-normal, cut: what falls outside the limits is drawn again.
+    LogNormal {
+        /// Mean before the cut, in m; positive.
+        mean_m: f64,
+        /// Standard deviation before the cut, in m.
+        deviation_m: f64,
+        /// Smallest radius, in m; positive, below the mean.
+        minimum_m: f64,
+        /// Largest radius, in m; above the mean.
+        maximum_m: f64,
+    },
+}
+
+/// A material of particles.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Material {
+    /// Its name in the scene.
+    pub name: String,
+    /// Density ρ in kg/m³.
+    pub density_kg_m3: f64,
+}
+
 /// Where particles start.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Start {
-    /// Random sequential addition without overlap (Widom 1966) in an axis-aligned box, moving with one velocity.
+    /// Random sequential addition without overlap (Widom 1966), moving with one velocity.
     SequentialAddition {
+        /// What holds the particles wholly.
+        region: StartRegion,
+        /// Velocity of every particle, in m/s.
+        velocity_m_s: [f64; 3],
+    },
+    /// The sites of a crystal lattice, filled from the floor up.
+    Lattice {
+        /// What holds the particles wholly.
+        region: StartRegion,
+        /// The lattice.
+        lattice: Lattice,
+        /// Distance of nearest neighbours as a share of the largest diameter; at least 1.
+        spacing: f64,
+        /// Random displacement as a share of the one at which neighbours could touch; from 0 to 1.
+        jitter: f64,
+        /// Velocity of every particle, in m/s.
+        velocity_m_s: [f64; 3],
+    },
+    /// Spheres that move and grow between the walls of a box to their final radii (Lubachevsky & Stillinger 1990).
+    Growth {
         /// Lower corner of the box, in m; particles lie wholly inside.
         lower_m: [f64; 3],
         /// Upper corner, in m.
@@ -62,7 +135,7 @@ pub enum Start {
         /// Velocity of every particle, in m/s.
         velocity_m_s: [f64; 3],
     },
-    /// Given particles: positions in m, velocities in m/s, radii in m; all of the same length as `count`.
+    /// Given particles, which may overlap; all lists are of one length.
     Given {
         /// Positions, in m.
         positions_m: Vec<[f64; 3]>,
@@ -70,7 +143,54 @@ pub enum Start {
         velocities_m_s: Vec<[f64; 3]>,
         /// Radii, in m.
         radii_m: Vec<f64>,
+        /// Materials, as indices into [`Settings::materials`].
+        materials: Vec<u16>,
     },
+}
+
+/// Where particles may start.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum StartRegion {
+    /// An axis-aligned box.
+    Box {
+        /// Lower corner, in m.
+        lower_m: [f64; 3],
+        /// Upper corner, in m.
+        upper_m: [f64; 3],
+    },
+    /// A cylinder along an axis of coordinates.
+    Cylinder {
+        /// Centre of its lower face, in m.
+        base_m: [f64; 3],
+        /// The axis: 0, 1 or 2 for x, y or z.
+        axis: usize,
+        /// Radius, in m.
+        radius_m: f64,
+        /// Height, in m.
+        height_m: f64,
+    },
+    /// A sphere.
+    Sphere {
+        /// Its centre, in m.
+        centre_m: [f64; 3],
+        /// Radius, in m.
+        radius_m: f64,
+    },
+}
+
+/// A crystal lattice.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Lattice {
+    /// Simple cubic: packing fraction π/6 = 0.524.
+    SimpleCubic,
+    /// Body-centred cubic: π√3/8 = 0.680.
+    BodyCentredCubic,
+    /// Face-centred cubic: π/√18 = 0.740.
+    FaceCentredCubic,
+    /// Hexagonal close-packed: π/√18 = 0.740.
+    HexagonalClosePacked,
 }
 
 /// Normal contact.

@@ -15,7 +15,7 @@ pub struct FieldForces {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Presence {
     /// Where.
-    pub region: Region,
+    pub region: FieldRegion,
     /// From this time on, in s.
     pub starts_s: f64,
     /// Until just before this time, in s; infinite where it is never switched off.
@@ -24,14 +24,14 @@ pub struct Presence {
 
 impl Default for Presence {
     fn default() -> Self {
-        Self { region: Region::Everywhere, starts_s: 0.0, ends_s: f64::INFINITY }
+        Self { region: FieldRegion::Everywhere, starts_s: 0.0, ends_s: f64::INFINITY }
     }
 }
 
 /// A part of space.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Region {
+pub enum FieldRegion {
     /// All of it.
     Everywhere,
     /// The side of a plane that its normal points to.

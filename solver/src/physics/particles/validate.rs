@@ -1,6 +1,6 @@
 //! Ranges of the settings.
 
-use super::settings::{ContactLaw, Friction, Integrator, Rolling, Settings, Start};
+use super::settings::{ContactLaw, Friction, Group, Integrator, Radius, Rolling, Settings, Start};
 use crate::SolveError;
 
 /// Checks that every setting is in its range.
@@ -14,7 +14,9 @@ pub(super) fn settings(settings: &Settings) -> Result<(), SolveError> {
         let wrong = values.iter().find(|value| !value.is_finite());
         check(wrong.is_none(), name, wrong.copied().unwrap_or(0.0), "must be finite")
     };
-    positive("density", settings.density_kg_m3)?;
+    for material in &settings.materials {
+        positive("density", material.density_kg_m3)?;
+    }
     positive("temperature", settings.temperature_k)?;
     not_negative("skin", settings.skin)?;
     finite("gravity", &settings.gravity_m_s2)?;
@@ -85,39 +87,83 @@ pub(super) fn settings(settings: &Settings) -> Result<(), SolveError> {
 
 fn start(settings: &Settings) -> Result<(), SolveError> {
     let fail = |text: String| Err(SolveError::Start(format!("particles: {text}")));
-    if u32::try_from(settings.count).is_err() {
-        return fail(format!("{} particles are more than 32-bit indices can name", settings.count));
+    if u32::try_from(settings.count()).is_err() {
+        return fail(format!("{} particles are more than 32-bit indices can name", settings.count()));
+    }
+    let used: Vec<u16> = match &settings.start {
+        Start::Given { positions_m, velocities_m_s, radii_m, materials } => {
+            given(positions_m, velocities_m_s, radii_m, materials.len())?;
+            materials.clone()
+        }
+        _ => {
+            settings.groups.iter().try_for_each(group)?;
+            settings.groups.iter().map(|group| group.material).collect()
+        }
+    };
+    if let Some(material) = used.iter().find(|material| usize::from(**material) >= settings.materials.len()) {
+        return fail(format!("material {material} of {} is asked for", settings.materials.len()));
     }
     match &settings.start {
-        Start::SequentialAddition { lower_m, upper_m, velocity_m_s } => {
-            let (mean, spread) = (settings.radius_m, settings.radius_spread_m);
-            if !(mean > 0.0 && mean.is_finite() && (0.0..mean).contains(&spread)) {
-                return fail(format!(
-                    "a radius of {mean:e} m with spread {spread:e} m; the spread must be less than it"
-                ));
-            }
-            if ![lower_m, upper_m, velocity_m_s].iter().all(|values| values.iter().all(|value| value.is_finite())) {
-                return fail("the start box and velocity must be finite".into());
-            }
+        Start::SequentialAddition { region, velocity_m_s } | Start::Lattice { region, velocity_m_s, .. } => {
+            let (lower, upper) = region.bounds();
+            place(&lower, &upper, velocity_m_s)?;
         }
-        Start::Given { positions_m, velocities_m_s, radii_m } => {
-            let lengths = [positions_m.len(), velocities_m_s.len(), radii_m.len()];
-            if lengths != [settings.count; 3] {
-                return fail(format!(
-                    "{} particles, but {} positions, {} velocities and {} radii are given",
-                    settings.count, lengths[0], lengths[1], lengths[2]
-                ));
-            }
-            if let Some((row, radius)) = (0..).zip(radii_m).find(|(_, r)| !(r.is_finite() && **r > 0.0)) {
-                let row: usize = row;
-                return fail(format!("the radius {radius} m of particle {row} must be positive"));
-            }
-            let vectors = positions_m.iter().zip(velocities_m_s).enumerate();
-            let wrong = |vector: &[f64; 3]| vector.iter().any(|value| !value.is_finite());
-            if let Some((row, _)) = vectors.into_iter().find(|(_, (r, v))| wrong(r) || wrong(v)) {
-                return fail(format!("position or velocity of particle {row} is not finite"));
-            }
+        Start::Growth { lower_m, upper_m, velocity_m_s } => place(lower_m, upper_m, velocity_m_s)?,
+        Start::Given { .. } => {}
+    }
+    if let Start::Lattice { spacing, jitter, .. } = settings.start {
+        check(spacing >= 1.0 && spacing.is_finite(), "lattice spacing", spacing, "must be at least 1")?;
+        check((0.0..=1.0).contains(&jitter), "lattice jitter", jitter, "must lie in [0, 1]")?;
+    }
+    Ok(())
+}
+
+/// Whether the radii of a group are positive and finite.
+fn group(Group { name, radius, .. }: &Group) -> Result<(), SolveError> {
+    let right = match *radius {
+        Radius::Uniform { mean_m, spread_m } => mean_m > 0.0 && mean_m.is_finite() && (0.0..mean_m).contains(&spread_m),
+        Radius::LogNormal { mean_m, deviation_m, minimum_m, maximum_m } => {
+            let limits = 0.0 < minimum_m && minimum_m <= mean_m && mean_m <= maximum_m && maximum_m.is_finite();
+            limits && deviation_m >= 0.0 && deviation_m.is_finite()
         }
+    };
+    if right {
+        return Ok(());
+    }
+    Err(SolveError::Start(format!(
+        "particles: the radii of `{name}` are {radius:?}: expected a positive mean with a smaller spread, or between limits"
+    )))
+}
+
+fn place(lower: &[f64; 3], upper: &[f64; 3], velocity: &[f64; 3]) -> Result<(), SolveError> {
+    if [lower, upper, velocity].iter().all(|values| values.iter().all(|value| value.is_finite())) {
+        return Ok(());
+    }
+    Err(SolveError::Start("particles: the start region and velocity must be finite".into()))
+}
+
+fn given(
+    positions_m: &[[f64; 3]],
+    velocities_m_s: &[[f64; 3]],
+    radii_m: &[f64],
+    materials: usize,
+) -> Result<(), SolveError> {
+    let fail = |text: String| Err(SolveError::Start(format!("particles: {text}")));
+    let lengths = [positions_m.len(), velocities_m_s.len(), radii_m.len(), materials];
+    if lengths != [positions_m.len(); 4] {
+        return fail(format!(
+            "{} positions, but {} velocities, {} radii and {} materials are given",
+            lengths[0], lengths[1], lengths[2], lengths[3]
+        ));
+    }
+    if let Some((row, radius)) = (0..).zip(radii_m).find(|(_, r)| !(r.is_finite() && **r > 0.0)) {
+        let row: usize = row;
+        return fail(format!("the radius {radius} m of particle {row} must be positive"));
+    }
+    let wrong = |vector: &[f64; 3]| vector.iter().any(|value| !value.is_finite());
+    let mut vectors = positions_m.iter().zip(velocities_m_s).enumerate();
+    if let Some((row, _)) = vectors.find(|(_, (r, v))| wrong(r) || wrong(v)) {
+        return fail(format!("position or velocity of particle {row} is not finite"));
     }
     Ok(())
 }

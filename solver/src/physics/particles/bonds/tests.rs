@@ -3,7 +3,7 @@ use std::f64::consts::PI;
 use rand_chacha::{ChaCha8Rng, rand_core::SeedableRng};
 
 use super::*;
-use crate::physics::particles::sequential_addition::uniform;
+use crate::physics::particles::start::uniform;
 
 const SETTINGS: BondSettings = BondSettings {
     stiffness: BondStiffness::PerArea { normal_n_m3: 1e6, shear_n_m3: 4e5 },

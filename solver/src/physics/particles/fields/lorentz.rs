@@ -68,7 +68,7 @@ impl Lorentz {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::physics::particles::Region;
+    use crate::physics::particles::FieldRegion;
 
     const BODY: Body = Body { radius_m: 0.5, mass_kg: 2.0, charge_c: 3.0 };
 
@@ -130,10 +130,10 @@ mod tests {
     #[test]
     fn a_field_acts_where_and_while_it_is_on() {
         let at = |region| Presence { region, starts_s: 1.0, ends_s: 2.0 };
-        let half = Region::HalfSpace { through_m: [2.0, 0.0, 0.0], normal: [-5.0, 0.0, 0.0] };
-        let inside = Region::Box { lower_m: [0.0; 3], upper_m: [1.0, 2.0, 3.0] };
+        let half = FieldRegion::HalfSpace { through_m: [2.0, 0.0, 0.0], normal: [-5.0, 0.0, 0.0] };
+        let inside = FieldRegion::Box { lower_m: [0.0; 3], upper_m: [1.0, 2.0, 3.0] };
         for (region, place, acts) in [
-            (Region::Everywhere, [1e9, 0.0, 0.0], true),
+            (FieldRegion::Everywhere, [1e9, 0.0, 0.0], true),
             (half, [1.9, 7.0, -7.0], true),
             (half, [2.1, 0.0, 0.0], false),
             (inside, [1.0, 2.0, 3.0], true),

@@ -1,7 +1,7 @@
 use rand_chacha::{ChaCha8Rng, rand_core::SeedableRng};
 
 use super::*;
-use crate::physics::particles::{Presence, Region, sequential_addition::uniform};
+use crate::physics::particles::{FieldRegion, Presence, start::uniform};
 
 /// Ch. 7 of the monograph: ᾱ1 0.5, β1 1, ᾱ2 0.01, β2 2, by mass, all pairs.
 const CHAPTER_7: NearFieldSettings = NearFieldSettings {
@@ -14,7 +14,7 @@ const CHAPTER_7: NearFieldSettings = NearFieldSettings {
     cutoff_m: None,
     skin: 0.1,
     closest: 1e-3,
-    presence: Presence { region: Region::Everywhere, starts_s: 0.0, ends_s: f64::INFINITY },
+    presence: Presence { region: FieldRegion::Everywhere, starts_s: 0.0, ends_s: f64::INFINITY },
 };
 
 fn near(settings: NearFieldSettings) -> NearField {
@@ -224,7 +224,7 @@ fn strength_follows_its_base_and_sign() {
 
 #[test]
 fn it_acts_where_both_are_and_while_it_is_on() {
-    let region = Region::Box { lower_m: [0.0; 3], upper_m: [1.0; 3] };
+    let region = FieldRegion::Box { lower_m: [0.0; 3], upper_m: [1.0; 3] };
     let near = near(NearFieldSettings { presence: Presence { region, starts_s: 1.0, ends_s: 2.0 }, ..CHAPTER_7 });
     let r = [Vec3::repeat(0.1), Vec3::repeat(0.9), Vec3::new(0.5, 0.5, 1.1)];
     let sum = |t_s| {

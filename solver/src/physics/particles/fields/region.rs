@@ -4,7 +4,7 @@ use crate::{
     SolveError,
     physics::{
         checks::setting,
-        particles::{Presence, Region, Vec3},
+        particles::{FieldRegion, Presence, Vec3},
     },
 };
 
@@ -19,11 +19,11 @@ impl Presence {
     #[inline]
     pub(super) fn reaches(&self, position: &Vec3) -> bool {
         match &self.region {
-            Region::Everywhere => true,
-            Region::HalfSpace { through_m, normal } => {
+            FieldRegion::Everywhere => true,
+            FieldRegion::HalfSpace { through_m, normal } => {
                 (position - Vec3::from(*through_m)).dot(&Vec3::from(*normal)) >= 0.0
             }
-            Region::Box { lower_m, upper_m } => {
+            FieldRegion::Box { lower_m, upper_m } => {
                 (0..3).all(|axis| lower_m[axis] <= position[axis] && position[axis] <= upper_m[axis])
             }
         }
@@ -32,12 +32,12 @@ impl Presence {
     pub(super) fn check(&self, of: &str) -> Result<(), SolveError> {
         let numbers = |what: &str, values: &[f64; 3]| finite(&format!("{what} of the {of}'s region"), values);
         match &self.region {
-            Region::Everywhere => {}
-            Region::HalfSpace { through_m, normal } => {
+            FieldRegion::Everywhere => {}
+            FieldRegion::HalfSpace { through_m, normal } => {
                 numbers("point", through_m)?;
                 numbers("normal", normal)?;
             }
-            Region::Box { lower_m, upper_m } => {
+            FieldRegion::Box { lower_m, upper_m } => {
                 numbers("lower corner", lower_m)?;
                 numbers("upper corner", upper_m)?;
             }

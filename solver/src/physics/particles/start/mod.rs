@@ -1,0 +1,94 @@
+//! Where particles are at t = 0: how each kind of start places them.
+
+mod cells;
+mod growth;
+mod lattice;
+mod radii;
+mod region;
+mod sequential_addition;
+
+use rand_chacha::{
+    ChaCha8Rng,
+    rand_core::{RngCore, SeedableRng},
+};
+
+use self::{growth::Growth, sequential_addition::SequentialAddition};
+use super::{Settings, Start, Vec3};
+use crate::SolveError;
+
+/// The particles at t = 0, by row; all lists are of one length.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Placed {
+    /// Positions, in m.
+    pub positions: Vec<[f64; 3]>,
+    /// Velocities, in m/s.
+    pub velocities: Vec<[f64; 3]>,
+    /// Radii, in m.
+    pub radii: Vec<f64>,
+    /// Materials, as indices into [`Settings::materials`].
+    pub materials: Vec<u16>,
+}
+
+/// Places the particles of `settings`, of all groups jointly, largest first. The same seed gives the same numbers on every
+/// machine; given particles keep their order.
+///
+/// # Errors
+/// [`SolveError::Start`] where the particles do not fit, or not within the bounded effort of the method.
+pub fn place(settings: &Settings) -> Result<Placed, SolveError> {
+    let mut random = random(settings.seed);
+    let bodies = radii::draw(&settings.groups, &mut random);
+    let (positions, velocity) = match &settings.start {
+        Start::SequentialAddition { region, velocity_m_s } => {
+            (SequentialAddition { region, radii: &bodies.radii }.place(&mut random)?, *velocity_m_s)
+        }
+        Start::Lattice { region, lattice, spacing, jitter, velocity_m_s } => {
+            (lattice.place(region, &bodies, *spacing, *jitter, &mut random)?, *velocity_m_s)
+        }
+        Start::Growth { lower_m, upper_m, velocity_m_s } => {
+            let (lower, upper) = (Vec3::from(*lower_m), Vec3::from(*upper_m));
+            (Growth { lower, upper, radii: &bodies.radii }.place(&mut random)?, *velocity_m_s)
+        }
+        Start::Given { positions_m, velocities_m_s, radii_m, materials } => {
+            return Ok(Placed {
+                positions: positions_m.clone(),
+                velocities: velocities_m_s.clone(),
+                radii: radii_m.clone(),
+                materials: materials.clone(),
+            });
+        }
+    };
+    Ok(Placed {
+        velocities: vec![velocity; positions.len()],
+        positions: positions.into_iter().map(Into::into).collect(),
+        radii: bodies.radii,
+        materials: bodies.materials,
+    })
+}
+
+/// The stream of random numbers of a seed.
+fn random(seed: u64) -> ChaCha8Rng {
+    let mut key = [0u8; 32];
+    key[..8].copy_from_slice(&seed.to_le_bytes());
+    ChaCha8Rng::from_seed(key)
+}
+
+/// Uniform in [0, 1): the upper 53 bits of the next number.
+pub(super) fn uniform(random: &mut impl RngCore) -> f64 {
+    (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64
+}
+
+/// A pair of independent numbers of the standard normal distribution (Box & Muller 1958).
+fn normal(random: &mut impl RngCore) -> [f64; 2] {
+    // 1 − u lies in (0, 1], so that the logarithm is finite.
+    let radius = (-2.0 * (1.0 - uniform(random)).ln()).sqrt();
+    let (sine, cosine) = (std::f64::consts::TAU * uniform(random)).sin_cos();
+    [radius * cosine, radius * sine]
+}
+
+/// Volume of all spheres, in m³.
+fn volume(radii: &[f64]) -> f64 {
+    radii.iter().map(|radius| 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3)).sum()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,209 @@
+//! Particles from a file: CSV, extended XYZ, or VTK. Every reader makes columns of it; what they mean is decided here.
+
+mod csv;
+mod vtk_legacy;
+mod vtk_xml;
+mod xyz;
+
+use super::problems::nearest;
+use crate::physics::particles::Start;
+
+/// Mistakes of one file that are told; the rest are counted.
+const TOLD: usize = 5;
+
+/// Columns that must be there, and those that may be. Other columns are left alone.
+const REQUIRED: [&str; 4] = ["x", "y", "z", "radius"];
+const VELOCITY: [&str; 3] = ["vx", "vy", "vz"];
+const MATERIAL: &str = "material";
+
+/// Values under one name, by row.
+#[derive(Debug)]
+pub(super) enum Values {
+    Numbers(Vec<f64>),
+    Words(Vec<String>),
+}
+
+/// What a reader makes of a file.
+#[derive(Debug, Default)]
+pub(super) struct Columns {
+    columns: Vec<(String, Values)>,
+    /// The line of each row, where rows are lines.
+    lines: Vec<usize>,
+}
+
+/// A mistake in a file.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Fault {
+    /// From 1, where one line is wrong.
+    line: Option<usize>,
+    message: String,
+    hint: Option<String>,
+}
+
+/// All mistakes of a file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Faults(Vec<Fault>);
+
+impl Faults {
+    fn one(line: Option<usize>, message: impl Into<String>) -> Self {
+        Self(vec![Fault { line, message: message.into(), hint: None }])
+    }
+
+    fn push(&mut self, line: Option<usize>, message: impl Into<String>, hint: Option<String>) {
+        self.0.push(Fault { line, message: message.into(), hint });
+    }
+
+    /// Tells the first of them, each with the file and the line, and how many more there are.
+    pub fn tell(self, path: &str, mut tell: impl FnMut(String, Option<String>)) {
+        let more = self.0.len().saturating_sub(TOLD);
+        for (index, Fault { line, message, hint }) in self.0.into_iter().take(TOLD).enumerate() {
+            let place = line.map_or(String::new(), |line| format!(":{line}"));
+            let rest =
+                if index + 1 == TOLD && more > 0 { format!(" (and {more} more mistakes)") } else { String::new() };
+            tell(format!("{path}{place}: {message}{rest}"), hint);
+        }
+    }
+}
+
+/// What finds a material by what a file calls it: its index, or what is wrong and perhaps what to do.
+pub(super) type FindMaterial<'f> = &'f mut dyn FnMut(&str) -> Result<u16, (String, Option<String>)>;
+
+/// Reads a file by what its name ends with.
+pub(super) fn read(path: &str, contents: &[u8]) -> Result<Columns, Faults> {
+    let text = || std::str::from_utf8(contents).map_err(|_| Faults::one(None, "expected text in UTF-8"));
+    match path.rsplit_once('.').map(|(_, end)| end.to_ascii_lowercase()).as_deref() {
+        Some("csv") => csv::read(text()?),
+        Some("xyz" | "extxyz") => xyz::read(text()?),
+        Some("vtk") => vtk_legacy::read(contents),
+        Some("vtp" | "vtu") => vtk_xml::read(contents),
+        _ => Err(Faults::one(None, "expected a name that ends with .csv, .xyz, .extxyz, .vtk, .vtp or .vtu")),
+    }
+}
+
+/// Whether a column of this name means something to particles.
+fn is_known(name: &str) -> bool {
+    name == MATERIAL || REQUIRED.contains(&name) || VELOCITY.contains(&name)
+}
+
+/// The columns that a name of several components stands for; other names stand for themselves.
+fn columns_of(name: &str, components: usize) -> Vec<String> {
+    let plain = name.to_ascii_lowercase();
+    let known: &[&str] = match (plain.as_str(), components) {
+        ("pos" | "position" | "positions" | "points", 3) => &REQUIRED[..3],
+        ("velo" | "vel" | "velocity" | "velocities", 3) => &VELOCITY,
+        ("radius" | "radii", 1) => &REQUIRED[3..],
+        (_, 1) => return vec![plain],
+        _ => return (0..components).map(|component| format!("{plain}.{component}")).collect(),
+    };
+    known.iter().map(|name| (*name).to_owned()).collect()
+}
+
+impl Columns {
+    /// Adds the columns of one array of points, given row by row.
+    fn push_array(&mut self, name: &str, components: usize, values: &[f64]) {
+        for (component, column) in columns_of(name, components).into_iter().enumerate() {
+            let values = values.iter().skip(component).step_by(components.max(1)).copied().collect();
+            self.columns.push((column, Values::Numbers(values)));
+        }
+    }
+
+    fn find(&self, name: &str) -> Option<&Values> {
+        self.columns.iter().find(|(other, _)| other == name).map(|(_, values)| values)
+    }
+
+    /// The numbers of a column; what is missing or not a number is a fault.
+    fn numbers(&self, name: &str, faults: &mut Faults) -> Option<&[f64]> {
+        match self.find(name)? {
+            Values::Numbers(values) => Some(values),
+            Values::Words(_) => {
+                faults.push(None, format!("expected numbers in the column `{name}`, found texts"), None);
+                None
+            }
+        }
+    }
+
+    /// The particles of the file: lengths times `unit_m`, `velocity_m_s` where the file has no velocities.
+    ///
+    /// # Errors
+    /// Columns that are missing or nearly have the right name; values that are not finite; materials that nobody knows.
+    pub fn given(&self, unit_m: f64, velocity_m_s: [f64; 3], find_material: FindMaterial<'_>) -> Result<Start, Faults> {
+        let mut faults = Faults::default();
+        self.check_names(&mut faults);
+        let mut three = |names: &[&str]| -> Option<Vec<[f64; 3]>> {
+            let columns: Vec<&[f64]> = names.iter().filter_map(|name| self.numbers(name, &mut faults)).collect();
+            let [x, y, z] = columns.as_slice() else { return None };
+            Some(x.iter().zip(*y).zip(*z).map(|((x, y), z)| [*x, *y, *z]).collect())
+        };
+        let (positions, velocities) = (three(&REQUIRED[..3]), three(&VELOCITY));
+        let radii = self.numbers(REQUIRED[3], &mut faults);
+        let (Some(positions), Some(radii), true) = (positions, radii, faults.0.is_empty()) else { return Err(faults) };
+        let velocities = velocities.unwrap_or_else(|| vec![velocity_m_s; positions.len()]);
+        for (row, ((position, velocity), radius)) in positions.iter().zip(&velocities).zip(radii).enumerate() {
+            let line = self.lines.get(row).copied();
+            let place = if line.is_none() { format!(" of particle {row}") } else { String::new() };
+            if position.iter().chain(velocity).any(|value| !value.is_finite()) {
+                faults.push(line, format!("expected finite numbers, found {position:?} and {velocity:?}{place}"), None);
+            } else if !(radius.is_finite() && *radius > 0.0) {
+                faults.push(line, format!("expected a positive radius, found {radius}{place}"), None);
+            }
+        }
+        let materials = self.materials(positions.len(), find_material, &mut faults);
+        if !faults.0.is_empty() {
+            return Err(faults);
+        }
+        Ok(Start::Given {
+            positions_m: positions.into_iter().map(|position| position.map(|x| x * unit_m)).collect(),
+            velocities_m_s: velocities,
+            radii_m: radii.iter().map(|radius| radius * unit_m).collect(),
+            materials,
+        })
+    }
+
+    fn materials(&self, rows: usize, find: FindMaterial<'_>, faults: &mut Faults) -> Vec<u16> {
+        let words: Vec<String> = match self.find(MATERIAL) {
+            None => return vec![0; rows],
+            Some(Values::Words(words)) => words.clone(),
+            Some(Values::Numbers(numbers)) => numbers.iter().map(f64::to_string).collect(),
+        };
+        let mut known: Vec<(&str, u16)> = Vec::new();
+        let mut materials = Vec::with_capacity(rows);
+        for (row, word) in words.iter().enumerate() {
+            let index = match known.iter().find(|(other, _)| other == word) {
+                Some((_, index)) => *index,
+                None => {
+                    let index = find(word).unwrap_or_else(|(message, hint)| {
+                        faults.push(self.lines.get(row).copied(), message, hint);
+                        0
+                    });
+                    known.push((word, index));
+                    index
+                }
+            };
+            materials.push(index);
+        }
+        materials
+    }
+
+    /// Finds columns that are missing, and mistyped ones that would be overlooked.
+    fn check_names(&self, faults: &mut Faults) {
+        let names = || self.columns.iter().map(|(name, _)| name.as_str());
+        let given = |wanted: &str| names().any(|name| name == wanted);
+        let known = REQUIRED.into_iter().chain(VELOCITY).chain([MATERIAL]);
+        let strange = || names().filter(|name| !is_known(name));
+        let some_velocity = VELOCITY.iter().any(|name| given(name));
+        for wanted in known.filter(|wanted| !given(wanted)) {
+            let meant = nearest(wanted, strange());
+            let needed = REQUIRED.contains(&wanted) || (VELOCITY.contains(&wanted) && some_velocity);
+            if !needed && meant.is_none() {
+                continue;
+            }
+            let found: Vec<&str> = names().collect();
+            let hint = meant.map(|meant| format!("did you mean `{wanted}` where the file has `{meant}`?"));
+            let found = if found.is_empty() { "none".into() } else { found.join(", ") };
+            faults.push(None, format!("expected a column `{wanted}`, found {found}"), hint);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
