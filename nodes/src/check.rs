@@ -100,6 +100,7 @@ fn ask(scene: &Scene, file: &Path, commands: &[String]) -> Result<BTreeMap<Strin
         connect: endpoint.name.clone(),
         scene: file.to_owned(),
         overrides: scene.overrides.clone(),
+        files: None,
         scene_hash: scene.hash,
         threads: None,
     };

@@ -36,6 +36,8 @@ pub struct Common {
     pub scene: PathBuf,
     /// `--set` values.
     pub overrides: Vec<(String, String)>,
+    /// Recording that holds the scene's files where they are not beside it.
+    pub files: Option<PathBuf>,
     /// Hash of the scene.
     pub scene_hash: u64,
     /// Threads of each node; `None` is one per core.
@@ -130,6 +132,7 @@ pub(crate) fn command(name: &str, runs: &Runs, common: &Common) -> std::io::Resu
         .env("STAGGER_OVERRIDES", serde_json::json!(common.overrides).to_string())
         .env("STAGGER_PROGRAM", std::env::current_exe()?)
         .env("STAGGER_SCENE_HASH", common.scene_hash.to_string())
+        .envs(common.files.as_ref().map(|files| ("STAGGER_FILES", files)))
         // Ctrl-C is for the coordinator, which lets the nodes finish their step.
         .process_group(0)
         .stdin(Stdio::piped())
@@ -144,6 +147,9 @@ fn built_in(name: &str, kind: &str, common: &Common) -> std::io::Result<Command>
     command.arg("--scene").arg(&common.scene);
     for (key, value) in &common.overrides {
         command.arg("--set").arg(format!("{key}={value}"));
+    }
+    if let Some(files) = &common.files {
+        command.arg("--files").arg(files);
     }
     if let Some(threads) = common.threads {
         command.args(["--threads", &threads.to_string()]);

@@ -22,6 +22,7 @@ pub mod resume;
 pub mod roster;
 pub mod router;
 pub mod run;
+pub mod scene_files;
 mod settings;
 pub mod summary;
 pub mod verify;

@@ -11,7 +11,7 @@ use stagger_solver::{
     scene::Scene,
 };
 
-use crate::{diagnostics, host::Identity, node};
+use crate::{diagnostics, host::Identity, node, scene_files};
 
 /// Exit codes beside 0, done: 1 failed, 2 usage or bad scene.
 const FAILED: u8 = 1;
@@ -42,6 +42,9 @@ pub struct Setup {
     /// Set a key of the scene, as the coordinator was told
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = crate::cli::key_value)]
     pub overrides: Vec<(String, String)>,
+    /// Recording of the scene that holds the files it names, where they are not beside it
+    #[arg(long, value_name = "RECORDING")]
+    pub files: Option<PathBuf>,
     /// Zenoh configuration file
     #[arg(long)]
     pub config: Option<PathBuf>,
@@ -105,6 +108,7 @@ impl Setup {
             connect: variable("STAGGER_CONNECT")?,
             scene: variable("STAGGER_SCENE")?.into(),
             overrides,
+            files: std::env::var_os("STAGGER_FILES").map(Into::into),
             config: None,
             arguments: std::env::args().skip(1).collect(),
             parent: Some(hash),
@@ -118,7 +122,7 @@ impl Setup {
     pub fn scene(&self) -> Result<Scene, SetupError> {
         let text = std::fs::read_to_string(&self.scene)
             .map_err(|source| SetupError::Read { path: self.scene.clone(), source })?;
-        let scene = Scene::parse(&text, &self.scene.display().to_string(), &self.overrides)?;
+        let scene = scene_files::parse(&text, &self.scene, &self.overrides, self.files.as_deref())?;
         match self.parent {
             Some(hash) if hash != scene.hash => Err(SetupError::Changed(self.scene.clone())),
             _ => Ok(scene),

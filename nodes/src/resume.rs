@@ -44,15 +44,22 @@ pub enum ResumeError {
     },
 }
 
+/// The file and the step that `text`, `FILE[@STEP]`, names.
+#[must_use]
+pub fn parts(text: &str) -> (&str, Option<&str>) {
+    match text.rsplit_once('@').filter(|_| !Path::new(text).exists()) {
+        None => (text, None),
+        Some((file, step)) => (file, Some(step)),
+    }
+}
+
 /// Reads the checkpoint that `text`, `FILE[@STEP]`, names; returns it with its step.
 ///
 /// # Errors
 /// The file cannot be read, is of another scene, or has no such checkpoint.
 pub fn resume(text: &str, scene: &Scene) -> Result<(Checkpoint, u64), ResumeError> {
-    let (file, step) = match text.rsplit_once('@').filter(|_| !Path::new(text).exists()) {
-        None => (text, None),
-        Some((file, step)) => (file, Some(step.parse::<u64>().map_err(|_| ResumeError::Usage(text.into()))?)),
-    };
+    let (file, step) = parts(text);
+    let step = step.map(|step| step.parse::<u64>().map_err(|_| ResumeError::Usage(text.into()))).transpose()?;
     let failed = |source| ResumeError::Recording { file: file.into(), source };
     let recording = Recording::open(file).map_err(failed)?;
     let (recorded, given) = (recording.info.scene_hash, scene.hash);

@@ -42,6 +42,8 @@ pub struct Options {
     pub scene: PathBuf,
     /// `--set` values.
     pub overrides: Vec<(String, String)>,
+    /// Recording that holds the scene's files where they are not beside it.
+    pub files: Option<PathBuf>,
     /// Recording to write; `None` writes none.
     pub record: Option<PathBuf>,
     /// Nodes as threads instead of processes.
@@ -130,6 +132,7 @@ pub fn run(scene: &Scene, options: Options, interrupted: &Arc<AtomicBool>) -> Re
         connect: endpoint.as_ref().map(|endpoint| endpoint.name.clone()).unwrap_or_default(),
         scene: options.scene.clone(),
         overrides: options.overrides.clone(),
+        files: options.files.clone(),
         scene_hash: scene.hash,
         threads: options.threads,
     };
@@ -250,6 +253,7 @@ fn run_info(run: &str, scene: &Scene, options: &Options) -> RunInfo {
         run: run.into(),
         scene_file: options.scene.display().to_string(),
         scene_text: scene.text.clone(),
+        files: scene.files.clone(),
         scene_hash: scene.hash,
         overrides: options.overrides.clone(),
         seed: scene.seed,

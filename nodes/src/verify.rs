@@ -10,12 +10,12 @@ use stagger_recordings::{Body, Recording, RecordingError};
 use stagger_solver::{
     SolveError,
     coupling::{Inbox, Participant, Window, resting, restore, window_of},
-    scene::{Problems, Scene},
+    scene::Problems,
 };
 
 use crate::{
     roster::{RosterError, Runs, participant, roster},
-    summary,
+    scene_files, summary,
 };
 
 /// Why a recording cannot be verified.
@@ -92,7 +92,7 @@ pub struct Verified {
 /// The recording cannot be read or its nodes not be built. A difference is no error but a result.
 pub fn verify(recording: &Recording, node: Option<&str>, tolerance: f64) -> Result<Verified, VerifyError> {
     let info = &recording.info;
-    let scene = Scene::parse(&info.scene_text, &info.scene_file, &info.overrides)?;
+    let scene = scene_files::recorded(info)?;
     let mut replay = Replay { tolerance, ..Replay::default() };
     let nodes = roster(&scene);
     for (name, runs) in &nodes {

@@ -49,13 +49,19 @@ impl<W: Write> ContainerWriter<W> {
         self.writer.write_metadata(&Metadata { name: name.into(), metadata: map }).map_err(write_error)
     }
 
-    pub(crate) fn attachment(&mut self, name: &str, text: &str, created_ns: u64) -> Result<(), RecordingError> {
+    pub(crate) fn attachment(
+        &mut self,
+        name: &str,
+        media_type: &str,
+        data: &[u8],
+        created_ns: u64,
+    ) -> Result<(), RecordingError> {
         let attachment = Attachment {
             log_time: 0,
             create_time: created_ns,
             name: name.into(),
-            media_type: "application/toml".into(),
-            data: text.as_bytes().into(),
+            media_type: media_type.into(),
+            data: data.into(),
         };
         self.writer.attach(&attachment).map_err(write_error)
     }

@@ -12,7 +12,7 @@ use crate::{
     ControlKind, Exchange, Level, Recorded, RecorderOptions, RecordingError, RunInfo,
     container::ContainerWriter,
     membership::Membership,
-    recording::{END, RUN, SCENE},
+    recording::{END, FILE, RUN, SCENE},
     thinning::{Piece, Thinning},
 };
 
@@ -44,7 +44,11 @@ impl<W: Write> Journal<W> {
     pub(crate) fn create(output: W, info: &RunInfo, options: RecorderOptions) -> Result<Self, RecordingError> {
         let mut container = ContainerWriter::new(BufWriter::with_capacity(BUFFER_BYTES, output))?;
         container.metadata(RUN, info.to_metadata())?;
-        container.attachment(SCENE, &info.scene_text, info.started_unix_ns)?;
+        container.attachment(SCENE, "application/toml", info.scene_text.as_bytes(), info.started_unix_ns)?;
+        for (path, contents) in &info.files {
+            let name = format!("{FILE}{path}");
+            container.attachment(&name, "application/octet-stream", contents, info.started_unix_ns)?;
+        }
         container.flush()?;
         let thin = options.level == Level::Accepted || options.every > 1;
         Ok(Self {

@@ -1,7 +1,9 @@
 use std::{
+    collections::BTreeMap,
     fs::File,
     io::Read,
     path::{Path, PathBuf},
+    sync::Arc,
 };
 
 use bytes::Bytes;
@@ -22,6 +24,9 @@ pub(crate) const RUN: &str = "stagger";
 pub(crate) const END: &str = "stagger-end";
 /// Name of the attachment that holds the scene.
 pub(crate) const SCENE: &str = "scene.toml";
+
+/// What the names of attachments that hold the scene's files begin with; the path follows.
+pub(crate) const FILE: &str = "file/";
 
 /// A recorded run on disk.
 #[derive(Clone, Debug)]
@@ -144,16 +149,24 @@ fn open(path: &Path) -> Result<File, RecordingError> {
 
 fn read_info<R: Read>(events: &mut ContainerReader<R>, anywhere: bool) -> Result<RunInfo, RecordingError> {
     let (mut metadata, mut scene) = (None, None);
+    let mut files: BTreeMap<String, Arc<[u8]>> = BTreeMap::new();
     for event in events {
         match event? {
             Event::Metadata { name, map } if name == RUN => metadata = Some(map),
             Event::Attachment { name, data } if name == SCENE => scene = Some(data),
+            Event::Attachment { name, data } => {
+                if let Some(path) = name.strip_prefix(FILE) {
+                    files.insert(path.into(), data.into());
+                }
+            }
             // Other tools may put the description behind the messages; a stream cannot be searched for it.
             Event::Message { .. } if !anywhere => break,
             _ => {}
         }
-        if let (Some(map), Some(text)) = (&metadata, &scene) {
-            return RunInfo::from_metadata(map, String::from_utf8_lossy(text).into_owned());
+        if let (Some(map), Some(text)) = (&metadata, &scene)
+            && RunInfo::files_in(map).all(|path| files.contains_key(path))
+        {
+            return RunInfo::from_metadata(map, String::from_utf8_lossy(text).into_owned(), files);
         }
     }
     Err(RecordingError::NoRun("it was cut off before its head was written, or another program wrote it"))

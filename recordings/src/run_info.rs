@@ -1,4 +1,4 @@
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, sync::Arc};
 
 use crate::RecordingError;
 
@@ -11,7 +11,10 @@ pub struct RunInfo {
     pub scene_file: String,
     /// The scene's text, before overrides.
     pub scene_text: String,
-    /// Hash of the scene with its overrides; all nodes and the coordinator agree on it.
+    /// The files the scene names, by their paths as it writes them; left out where this is shown as JSON.
+    #[serde(skip)]
+    pub files: BTreeMap<String, Arc<[u8]>>,
+    /// Hash of the scene with its overrides and files; all nodes and the coordinator agree on it.
     pub scene_hash: u64,
     /// Keys and values set on the command line.
     pub overrides: Vec<(String, String)>,
@@ -26,7 +29,7 @@ pub struct RunInfo {
 }
 
 impl RunInfo {
-    /// Everything but the scene's text, as MCAP metadata.
+    /// Everything but the scene's text and the contents of its files, as MCAP metadata.
     pub(crate) fn to_metadata(&self) -> BTreeMap<String, String> {
         let mut map = BTreeMap::from([
             ("run".into(), self.run.clone()),
@@ -40,12 +43,24 @@ impl RunInfo {
             // The number keeps the order, which matters where a key is set twice.
             map.insert(format!("override.{number:04}"), format!("{key}={value}"));
         }
+        for (number, path) in self.files.keys().enumerate() {
+            map.insert(format!("file.{number:04}"), path.clone());
+        }
         map.extend(self.machine.iter().map(|(key, value)| (format!("machine.{key}"), value.clone())));
         map
     }
 
+    /// The paths of the scene's files that metadata names.
+    pub(crate) fn files_in(map: &BTreeMap<String, String>) -> impl Iterator<Item = &String> {
+        map.iter().filter(|(key, _)| key.starts_with("file.")).map(|(_, path)| path)
+    }
+
     /// Reads back what [`Self::to_metadata`] wrote.
-    pub(crate) fn from_metadata(map: &BTreeMap<String, String>, scene_text: String) -> Result<Self, RecordingError> {
+    pub(crate) fn from_metadata(
+        map: &BTreeMap<String, String>,
+        scene_text: String,
+        files: BTreeMap<String, Arc<[u8]>>,
+    ) -> Result<Self, RecordingError> {
         let text = |key: &str| map.get(key).cloned().unwrap_or_default();
         let number = |key: &str, radix| {
             let value = text(key);
@@ -57,6 +72,7 @@ impl RunInfo {
             run: text("run"),
             scene_file: text("scene_file"),
             scene_text,
+            files,
             scene_hash: number("scene_hash", 16)?,
             overrides: overrides
                 .filter_map(|(_, pair)| pair.split_once('='))
@@ -80,19 +96,22 @@ mod tests {
             run: "r".into(),
             scene_text: "title = \"a\"\n".into(),
             scene_hash: u64::MAX - 1,
+            files: [("bed.csv".to_owned(), b"x,y".as_slice().into())].into(),
             overrides: (0..12).map(|i| (format!("key{}", 11 - i), format!("a=b{i}"))).collect(),
             seed: 7,
             machine: [("threads".to_owned(), "2".to_owned())].into(),
             ..RunInfo::default()
         };
-        assert_eq!(RunInfo::from_metadata(&info.to_metadata(), info.scene_text.clone()).unwrap(), info);
+        let map = info.to_metadata();
+        assert!(RunInfo::files_in(&map).eq(info.files.keys()));
+        assert_eq!(RunInfo::from_metadata(&map, info.scene_text.clone(), info.files.clone()).unwrap(), info);
     }
 
     #[test]
     fn damaged_numbers_are_named() {
         let mut map = RunInfo::default().to_metadata();
         map.insert("seed".into(), "seven".into());
-        let error = RunInfo::from_metadata(&map, String::new()).unwrap_err();
+        let error = RunInfo::from_metadata(&map, String::new(), BTreeMap::new()).unwrap_err();
         assert!(error.to_string().contains("`seed` is `seven`"), "{error}");
     }
 }

@@ -19,7 +19,8 @@ fn check(path: &Path) -> Result<(), String> {
         .map(|(key, value)| (key.to_owned(), value.to_owned()))
         .collect();
     let expected: Vec<&str> = marked(&text, "expect").collect();
-    let message = match Scene::parse(&text, &name, &overrides) {
+    let read = |file: &str| fs::read(path.with_file_name(file)).map_err(|error| error.to_string());
+    let message = match Scene::parse_with_files(&text, &name, &overrides, &read) {
         Ok(_) => return Err(format!("{name}: the scene was accepted")),
         Err(problems) => problems.to_string(),
     };

@@ -68,7 +68,7 @@ fn takes(key: &Key) -> String {
         Kind::Vector(_) => "three numbers".into(),
         Kind::Table(section) | Kind::Named(section) => format!("`[{}]`", section.path),
         Kind::Choice(words) => words.iter().map(|(word, _)| format!("`\"{word}\"`")).collect::<Vec<_>>().join(", "),
-        Kind::Whole(..) | Kind::Text | Kind::Texts | Kind::Flag | Kind::Numbers(..) | Kind::Wholes(..) => {
+        Kind::Whole(..) | Kind::Text | Kind::File | Kind::Texts | Kind::Flag | Kind::Numbers(..) | Kind::Wholes(..) => {
             key.kind.expected()
         }
     }
@@ -143,7 +143,7 @@ fn kind(kind: Kind) -> Value {
         Kind::Vector(_) => {
             json!({ "type": "array", "items": number(Range::ANY), "minItems": 3, "maxItems": 3 })
         }
-        Kind::Text => json!({ "type": "string" }),
+        Kind::Text | Kind::File => json!({ "type": "string" }),
         Kind::Texts => json!({ "type": "array", "items": { "type": "string" } }),
         Kind::Flag => json!({ "type": "boolean" }),
         Kind::Choice(words) => json!({ "enum": words.iter().map(|(word, _)| *word).collect::<Vec<_>>() }),

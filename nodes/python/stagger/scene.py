@@ -19,6 +19,8 @@ def read(environment: os._Environ[str] | dict[str, str] = os.environ) -> dict[st
     command = [environment.get("STAGGER_PROGRAM", "stagger"), "check", path, "--json"]
     for key, value in json.loads(environment.get("STAGGER_OVERRIDES", "[]")):
         command += ["--set", f"{key}={value}"]
+    if "STAGGER_FILES" in environment:
+        command += ["--files", environment["STAGGER_FILES"]]
     # A scene that cannot run without this node still has its values: it says so by its exit code, and prints them.
     asked = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
     if not asked.stdout:

@@ -116,6 +116,9 @@ pub(super) struct SceneArguments {
     /// Set a key of the scene: coupling.iterations=6
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value)]
     pub(super) overrides: Vec<(String, String)>,
+    /// Recording of the scene that holds the files it names, where they are not beside it; --resume gives its own
+    #[arg(long, value_name = "RECORDING")]
+    pub(super) files: Option<PathBuf>,
 }
 
 /// Where a coordinator meets its nodes.
@@ -179,6 +182,9 @@ pub(super) struct NodeArguments {
     /// Set a key of the scene, as the coordinator was told
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value)]
     pub(super) overrides: Vec<(String, String)>,
+    /// Recording of the scene that holds the files it names, where they are not beside it
+    #[arg(long, value_name = "RECORDING")]
+    pub(super) files: Option<PathBuf>,
     /// The endpoint of the coordinator, or of the router it connects to
     #[arg(long)]
     pub(super) connect: String,

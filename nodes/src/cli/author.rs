@@ -21,7 +21,7 @@ pub(super) fn conformance(arguments: ConformanceArguments) -> End {
         return End::Code(USAGE, format!("--node: {error}"));
     }
     let read = match &scene {
-        Some(path) => read_scene(path, &overrides),
+        Some(path) => read_scene(path, &overrides, None),
         None => Scene::parse(SCENE, "the scene of conformance", &overrides)
             .map_err(|problems| End::Code(USAGE, format!("the scene is not valid\n{problems}"))),
     };

@@ -30,7 +30,7 @@ use crate::{
     replay::{self, Pace},
     resume, router,
     run::{self, Failed, Options},
-    verify, view,
+    scene_files, verify, view,
 };
 
 /// Exit codes beside 0, done: 1 failed, 2 usage or bad scene, 3 finished with something missing.
@@ -106,12 +106,12 @@ fn about(file: &Path, error: &dyn std::fmt::Display) -> End {
     End::Code(FAILED, format!("{}: {error}", file.display()))
 }
 
-fn read_scene(path: &Path, overrides: &[(String, String)]) -> Result<Scene, End> {
+fn read_scene(path: &Path, overrides: &[(String, String)], files: Option<&Path>) -> Result<Scene, End> {
     let text = std::fs::read_to_string(path).map_err(|error| {
         let hint = "expected the path of a scene, such as scenes/quick.toml";
         End::Code(USAGE, format!("cannot read the scene {}: {error}\nhint: {hint}", path.display()))
     })?;
-    Scene::parse(&text, &path.display().to_string(), overrides)
+    scene_files::parse(&text, path, overrides, files)
         .map_err(|problems| End::Code(USAGE, format!("the scene is not valid\n{problems}")))
 }
 
@@ -162,7 +162,9 @@ fn run_scene(arguments: RunArguments) -> End {
 }
 
 fn coordinate(arguments: &SceneArguments, output: &OutputArguments, resume: Option<&str>, options: Options) -> End {
-    let scene = match read_scene(&arguments.scene, &arguments.overrides) {
+    // A recording holds the files of its scene.
+    let files = arguments.files.clone().or_else(|| resume.map(|resume| resume::parts(resume).0.into()));
+    let scene = match read_scene(&arguments.scene, &arguments.overrides, files.as_deref()) {
         Ok(scene) => scene,
         Err(end) => return end,
     };
@@ -186,6 +188,7 @@ fn coordinate(arguments: &SceneArguments, output: &OutputArguments, resume: Opti
     let options = Options {
         scene: arguments.scene.clone(),
         overrides: arguments.overrides.clone(),
+        files,
         record: record.clone(),
         resume: resume.map(|(checkpoint, _)| checkpoint),
         ..options
@@ -228,7 +231,7 @@ fn how_to_go_on(path: &Path) -> String {
 }
 
 fn check_scene(arguments: &SceneArguments, graph: Option<Format>, json: bool) -> End {
-    let scene = match read_scene(&arguments.scene, &arguments.overrides) {
+    let scene = match read_scene(&arguments.scene, &arguments.overrides, arguments.files.as_deref()) {
         Ok(scene) => scene,
         Err(end) => return end,
     };
@@ -253,7 +256,7 @@ fn check_scene(arguments: &SceneArguments, graph: Option<Format>, json: bool) ->
 }
 
 fn run_node(arguments: NodeArguments) -> End {
-    let scene = match read_scene(&arguments.scene, &arguments.overrides) {
+    let scene = match read_scene(&arguments.scene, &arguments.overrides, arguments.files.as_deref()) {
         Ok(scene) => scene,
         Err(end) => return end,
     };

@@ -125,6 +125,7 @@ impl Session {
             connect: endpoint.name.clone(),
             scene,
             overrides: bench.scene.overrides.clone(),
+            files: None,
             scene_hash: bench.scene.hash,
             threads: None,
         };

@@ -43,6 +43,8 @@ pub enum Kind {
     Vector(&'static Quantity),
     /// A text.
     Text,
+    /// The path of a file, whose contents become part of the scene.
+    File,
     /// A list of texts.
     Texts,
     /// True or false.
@@ -143,6 +145,7 @@ impl Kind {
                 format!("a list of three numbers, each {} such as \"{}\"", quantity.with_article(), quantity.example)
             }
             Self::Text => "a text in quotes".into(),
+            Self::File => "the path of a file, in quotes".into(),
             Self::Texts => "a list of texts in quotes".into(),
             Self::Flag => "true or false".into(),
             Self::Choice(words) => {

@@ -7,6 +7,7 @@
 mod acceleration;
 mod contact;
 mod coupling;
+mod files;
 mod key;
 mod materials;
 mod nodes;
@@ -22,6 +23,7 @@ mod walls;
 
 use std::collections::BTreeMap;
 
+pub use files::{Files, ReadFile};
 pub use key::{Fallback, Key, Kind, Range, Section};
 use problems::{Mistake, Place};
 pub use problems::{Problem, Problems};
@@ -62,7 +64,9 @@ pub struct Scene {
     pub record: RecordSettings,
     /// What happens when a node dies.
     pub recovery: RecoverySettings,
-    /// Hash of the text and the overrides: what names the scene in a manifest and a recording.
+    /// The files the scene names, by their paths as it writes them.
+    pub files: Files,
+    /// Hash of the text, the overrides and the files: what names the scene in a manifest and a recording.
     pub hash: u64,
     /// The text, without the overrides.
     pub text: String,
@@ -169,14 +173,29 @@ const MEASURED: [(&str, &str); 3] =
 impl Scene {
     /// Reads a scene; `file` names it in messages, `overrides` are `--set key.path=value` in their order.
     ///
-    /// A value of an override is TOML, or a text where it is not.
+    /// A value of an override is TOML, or a text where it is not. A scene that names files needs
+    /// [`Self::parse_with_files`].
     ///
     /// # Errors
     /// Every mistake in the scene and the overrides.
     pub fn parse(text: &str, file: &str, overrides: &[(String, String)]) -> Result<Self, Problems> {
+        Self::parse_with_files(text, file, overrides, &files::none)
+    }
+
+    /// As [`Self::parse`]; `read` gives the contents of a file at a path as the scene writes it, relative to wherever the
+    /// caller keeps the scene.
+    ///
+    /// # Errors
+    /// Every mistake in the scene and the overrides; a file that cannot be read is one of them.
+    pub fn parse_with_files(
+        text: &str,
+        file: &str,
+        overrides: &[(String, String)],
+        read: ReadFile<'_>,
+    ) -> Result<Self, Problems> {
         let fail = |mistakes| Problems::new(file, overrides, mistakes);
         let mut entries = tree::parse(text).map_err(fail)?;
-        let log = Log::default();
+        let log = Log::new(read);
         log.mistakes.borrow_mut().extend(apply(&mut entries, overrides));
         let root = Table::root(&log, &ROOT, &entries);
         let scene = Self::read(&root, file);
@@ -188,8 +207,8 @@ impl Scene {
                 let first = |value: &Value| value.path.split('.').next().map(str::to_owned);
                 effective
                     .sort_by_key(|value| ROOT.keys.iter().position(|key| Some(key.name) == first(value).as_deref()));
-                let (text, overrides) = (text.to_owned(), overrides.to_vec());
-                Ok(Self { hash: hash(&text, &overrides), text, overrides, effective, ..scene })
+                let (text, overrides, files) = (text.to_owned(), overrides.to_vec(), log.files.take());
+                Ok(Self { hash: hash(&text, &overrides, &files), text, overrides, files, effective, ..scene })
             }
             _ => Err(fail(mistakes)),
         }
@@ -255,6 +274,7 @@ impl Scene {
             coupling: coupling?,
             record: record?,
             recovery: recovery?,
+            files: Files::new(),
             hash: 0,
             text: String::new(),
             overrides: Vec::new(),
@@ -292,14 +312,20 @@ fn example_of(path: &str) -> &'static str {
     section.map_or("{ key = value }", |section| section.example)
 }
 
-/// Hash of the text and the overrides; a separator that no text holds keeps them apart.
-fn hash(text: &str, overrides: &[(String, String)]) -> u64 {
+/// Hash of the text, the overrides and the files; separators that no text holds keep them apart.
+fn hash(text: &str, overrides: &[(String, String)], files: &Files) -> u64 {
     let mut bytes = text.as_bytes().to_vec();
     for (key, value) in overrides {
         for part in [key, value] {
             bytes.push(0xff);
             bytes.extend_from_slice(part.as_bytes());
         }
+    }
+    for (path, contents) in files {
+        bytes.push(0xfe);
+        bytes.extend_from_slice(path.as_bytes());
+        bytes.push(0xfe);
+        bytes.extend_from_slice(&stagger_messages::codec::hash(contents).to_le_bytes());
     }
     stagger_messages::codec::hash(&bytes)
 }

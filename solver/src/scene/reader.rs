@@ -4,10 +4,11 @@
 //! scene with mistakes is never handed out, nothing computes with it. Checks between keys are written so that NaN
 //! passes them.
 
-use std::{cell::RefCell, collections::BTreeMap};
+use std::{cell::RefCell, collections::BTreeMap, sync::Arc};
 
 use super::{
     Value,
+    files::{ReadFile, Reader},
     key::{Fallback, Key, Kind, Range, Section},
     problems::{Mistake, Place, nearest},
     tree::{self, Entry, Item, Node},
@@ -15,15 +16,22 @@ use super::{
 };
 
 /// What reading a scene yields besides its settings.
-#[derive(Default)]
-pub(super) struct Log {
+pub(super) struct Log<'r> {
     pub mistakes: RefCell<Vec<Mistake>>,
     pub values: RefCell<Vec<Value>>,
+    pub files: Reader<'r>,
+}
+
+impl<'r> Log<'r> {
+    /// Nothing read yet; `read` reads the files the scene names.
+    pub fn new(read: ReadFile<'r>) -> Self {
+        Self { mistakes: RefCell::default(), values: RefCell::default(), files: Reader::new(read) }
+    }
 }
 
 /// A table being read.
 pub(super) struct Table<'d> {
-    log: &'d Log,
+    log: &'d Log<'d>,
     section: &'static Section,
     path: String,
     place: Place,
@@ -38,13 +46,13 @@ type Mismatch = (String, Option<String>);
 
 impl<'d> Table<'d> {
     /// The top of a scene.
-    pub fn root(log: &'d Log, section: &'static Section, entries: &'d [Entry]) -> Self {
+    pub fn root(log: &'d Log<'d>, section: &'static Section, entries: &'d [Entry]) -> Self {
         let entries = entries.iter().map(|entry| (entry.name.as_str(), entry.place, &entry.node)).collect();
         Self::open(log, section, String::new(), Place::Line(1), entries)
     }
 
     fn open(
-        log: &'d Log,
+        log: &'d Log<'d>,
         section: &'static Section,
         path: String,
         place: Place,
@@ -247,6 +255,19 @@ impl<'d> Table<'d> {
     /// A text.
     pub fn text(&self, key: &'static Key) -> String {
         self.optional_text(key).unwrap_or_default()
+    }
+
+    /// The path a key gives and the contents of the file there; `None` where it is absent or cannot be read.
+    pub fn optional_file(&self, key: &'static Key) -> Option<(String, Arc<[u8]>)> {
+        let path = self.read(key, text)?;
+        match self.log.files.contents(&path) {
+            Ok(contents) => Some((path, contents)),
+            Err(error) => {
+                let hint = "a relative path begins at the folder of the scene".into();
+                self.reject_with(key, format!("cannot read {path:?}: {error}"), Some(hint));
+                None
+            }
+        }
     }
 
     /// A list of texts, where it is given or has a default.
@@ -462,7 +483,7 @@ fn show(kind: &Kind, node: &Node) -> String {
         (Kind::Number(quantity, _), Item::Float(_, number) | Item::Integer(_, number)) => {
             format!("{number} {}", quantity.unit).trim_end().into()
         }
-        (Kind::Number(..) | Kind::Text | Kind::Choice(_), Item::Text(text)) => text.clone(),
+        (Kind::Number(..) | Kind::Text | Kind::File | Kind::Choice(_), Item::Text(text)) => text.clone(),
         (Kind::Vector(quantity), Item::List(list)) => {
             let texts = list.iter().any(|node| matches!(node.item, Item::Text(_)));
             let kind = Kind::Number(if texts { quantity } else { &units::NUMBER }, Range::ANY);
