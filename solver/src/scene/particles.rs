@@ -232,7 +232,7 @@ impl<'d> Bodies<'d> {
         let lower_m = table.vector_or(&AT, [-edges[0] / 2.0, -edges[1] / 2.0, 0.0]);
         let upper_m = std::array::from_fn(|axis| lower_m[axis] + edges[axis]);
         for wall in walls {
-            if wall.planes.iter().any(|plane| reach_behind(lower_m, upper_m, plane.through, plane.normal)) {
+            if wall.shape.planes().iter().any(|plane| reach_behind(lower_m, upper_m, plane.through, plane.normal)) {
                 let key = if table.is_given(&AT) { &AT } else { &BOX };
                 table.reject(key, format!("the box reaches behind the wall `{}`", wall.name));
             }

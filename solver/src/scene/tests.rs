@@ -149,10 +149,10 @@ fn every_value_of_a_scene_reaches_its_setting() {
     // Walls keep the order of the file, which is not that of their names; normals are unit vectors.
     let names: Vec<&str> = scene.walls.iter().map(|wall| wall.name.as_str()).collect();
     assert_eq!(names, ["z-plate", "a-box"]);
-    assert_eq!(scene.walls[0].planes[0].normal, [0.0, 0.0, 1.0]);
+    assert_eq!(scene.walls[0].shape.planes()[0].normal, [0.0, 0.0, 1.0]);
     assert_eq!((scene.walls[0].temperature_k, scene.walls[1].temperature_k), (Some(320.0), None));
-    assert_eq!(scene.walls[1].planes.len(), 6);
-    assert!(scene.walls[1].planes.iter().all(|plane| {
+    assert_eq!(scene.walls[1].shape.planes().len(), 6);
+    assert!(scene.walls[1].shape.planes().iter().all(|plane| {
         // The box's centre is inside.
         (0..3).map(|axis| (1e-3 - plane.through[axis]) * plane.normal[axis]).sum::<f64>() > 0.0
     }));

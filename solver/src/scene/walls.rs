@@ -5,7 +5,7 @@ use super::{
     reader::Table,
     units::{LENGTH, NUMBER, TEMPERATURE},
 };
-use crate::physics::{Plane, Wall};
+use crate::physics::{Shape, Wall};
 
 static PLANE: Key =
     Key::new("plane", Kind::Table(&PLANE_SECTION), "An infinite plane.").or_from("none; a wall is a plane or a box");
@@ -51,45 +51,37 @@ static BOX_SECTION: Section = Section {
 pub(super) fn read(root: &Table<'_>, key: &'static Key) -> Vec<Wall> {
     let mut walls = Vec::new();
     for (name, table) in root.named(key) {
-        let planes = match (table.optional_table(&PLANE), table.optional_table(&BOX)) {
+        let shape = match (table.optional_table(&PLANE), table.optional_table(&BOX)) {
             (Some(plane), None) => {
-                let planes = vec![Plane { through: plane.vector(&THROUGH), normal: plane.direction(&NORMAL) }];
+                let shape = Shape::plane(plane.vector(&THROUGH), plane.direction(&NORMAL));
                 plane.finish();
-                planes
+                Some(shape)
             }
-            (None, Some(inside)) => sides(inside),
+            (None, Some(inside)) => Some(sides(inside)),
             (Some(_), Some(_)) => {
                 table.reject(&BOX, "a wall is a plane or a box, not both; give them two names");
-                Vec::new()
+                None
             }
             (None, None) => {
                 // A plane or box that is no table has been reported already.
                 if !table.is_given(&PLANE) && !table.is_given(&BOX) {
                     table.reject(&PLANE, "missing; expected a plane or a box");
                 }
-                Vec::new()
+                None
             }
         };
-        walls.push(Wall { name, planes, temperature_k: table.optional_number(&TEMPERATURE_KEY) });
+        let temperature_k = table.optional_number(&TEMPERATURE_KEY);
+        walls.extend(shape.map(|shape| Wall::fixed(&name, shape, temperature_k)));
         table.finish();
     }
     walls
 }
 
-/// The planes of a box, lower and upper along each axis in turn, facing inwards.
-fn sides(table: Table<'_>) -> Vec<Plane> {
-    let (lower, upper) = (table.vector(&LOWER), table.vector(&UPPER));
-    if (0..3).any(|axis| lower[axis] >= upper[axis]) {
+fn sides(table: Table<'_>) -> Shape {
+    let (lower_m, upper_m) = (table.vector(&LOWER), table.vector(&UPPER));
+    if (0..3).any(|axis| lower_m[axis] >= upper_m[axis]) {
         table.reject(&UPPER, "expected to lie above the lower corner along every axis");
     }
     table.finish();
-    let mut planes = Vec::with_capacity(6);
-    for axis in 0..3 {
-        for (through, direction) in [(lower, 1.0), (upper, -1.0)] {
-            let mut normal = [0.0; 3];
-            normal[axis] = direction;
-            planes.push(Plane { through, normal });
-        }
-    }
-    planes
+    Shape::Box { lower_m, upper_m, open: Vec::new() }
 }
