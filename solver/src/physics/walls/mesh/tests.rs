@@ -72,8 +72,9 @@ proptest! {
         let distance = radius * (1.0 - depth);
         let found = contacts(&floor, u * x + v * y + normal * distance, radius);
         prop_assert_eq!(found.len(), 1);
-        // The corners are rounded to 1e-16; a triangle of edge 1/3 tells its normal to a few of that.
-        prop_assert!((found[0].0 - normal).norm() < 1e-14 && (found[0].1 - distance).abs() < 1e-15);
+        // The corners are rounded to 1e-16; a triangle of edge 1/3 tells its normal to a few of that. On an edge the
+        // normal is that of a distance of at least 0.005.
+        prop_assert!((found[0].0 - normal).norm() < 1e-13 && (found[0].1 - distance).abs() < 4e-15);
     }
 
     #[test]
