@@ -10,7 +10,7 @@ use stagger_messages::Fields;
 use stagger_solver::{
     coupling::{Frozen, Physics, Window},
     physics::{
-        Plane, Wall,
+        Shape, Wall,
         particles::{Contact, ContactLaw, FieldForces, Friction, Integrator, Material, Particles, Settings, Start},
         thermal::{self, Conductance, Thermal},
     },
@@ -148,11 +148,7 @@ fn bed(rows: &[[f64; 6]], walls: Vec<Wall>) -> Settings {
 }
 
 fn walls(width_m: f64) -> Vec<Wall> {
-    let plane = |name: &str, through, normal| Wall {
-        name: name.into(),
-        planes: vec![Plane { through, normal }],
-        temperature_k: None,
-    };
+    let plane = |name: &str, through, normal| Wall::fixed(name, Shape::plane(through, normal), None);
     vec![
         plane("floor", [0.0; 3], [0.0, 0.0, 1.0]),
         plane("left", [0.0; 3], [1.0, 0.0, 0.0]),

@@ -66,6 +66,9 @@ fn takes(key: &Key) -> String {
         Kind::Number(quantity, range) => format!("{} in {}", range.describe(quantity), quantity.unit),
         Kind::Vector(quantity) if !quantity.unit.is_empty() => format!("three numbers in {}", quantity.unit),
         Kind::Vector(_) => "three numbers".into(),
+        Kind::Series(quantity, range) if quantity.unit.is_empty() => format!("{}, or a list", range.describe(quantity)),
+        Kind::Series(quantity, range) => format!("{} in {}, or a list", range.describe(quantity), quantity.unit),
+        Kind::Vectors(quantity) => format!("a list of three numbers each, in {}", quantity.unit),
         Kind::Table(section) | Kind::Named(section) => format!("`[{}]`", section.path),
         Kind::Choice(words) => words.iter().map(|(word, _)| format!("`\"{word}\"`")).collect::<Vec<_>>().join(", "),
         Kind::Whole(..) | Kind::Text | Kind::File | Kind::Texts | Kind::Flag | Kind::Numbers(..) | Kind::Wholes(..) => {
@@ -143,6 +146,10 @@ fn kind(kind: Kind) -> Value {
         Kind::Vector(_) => {
             json!({ "type": "array", "items": number(Range::ANY), "minItems": 3, "maxItems": 3 })
         }
+        Kind::Series(_, range) => {
+            json!({ "anyOf": [number(range), { "type": "array", "items": number(range) }] })
+        }
+        Kind::Vectors(quantity) => json!({ "type": "array", "items": self::kind(Kind::Vector(quantity)) }),
         Kind::Text | Kind::File => json!({ "type": "string" }),
         Kind::Texts => json!({ "type": "array", "items": { "type": "string" } }),
         Kind::Flag => json!({ "type": "boolean" }),

@@ -10,7 +10,7 @@ use stagger_solver::{
     SolveError,
     coupling::{Frozen, Physics, Reply, Window},
     physics::{
-        Plane, Wall,
+        Shape, Wall,
         particles::{
             Contact, ContactLaw, Drag, FieldForces, Friction, Group, Integrator, Material, Particles, Radius, Settings,
             Start, StartRegion, State,
@@ -58,8 +58,7 @@ fn settings(law: ContactLaw, density_kg_m3: f64, particles: &[([f64; 3], [f64; 3
 }
 
 fn floor() -> Wall {
-    let planes = vec![Plane { through: [0.0; 3], normal: [0.0, 0.0, 1.0] }];
-    Wall { name: "floor".into(), planes, temperature_k: None }
+    Wall::fixed("floor", Shape::plane([0.0; 3], [0.0, 0.0, 1.0]), None)
 }
 
 fn mass(radius: f64, density: f64) -> f64 {
@@ -304,20 +303,13 @@ fn a_contact_is_listed_once_and_the_revision_tells_a_change() {
 #[test]
 fn a_box_holds_its_particles_and_their_energy() {
     let (half, radius) = (0.3, 0.05);
-    let planes = (0..3).flat_map(|axis| {
-        [-1.0, 1.0].map(|side| {
-            let mut plane = Plane { through: [0.0; 3], normal: [0.0; 3] };
-            plane.through[axis] = side * half;
-            plane.normal[axis] = -side;
-            plane
-        })
-    });
+    let shape = Shape::Box { lower_m: [-half; 3], upper_m: [half; 3], open: Vec::new() };
     let mut settings = settings(OVERLAP, 2000.0, &[]);
     let radii = Radius::Uniform { mean_m: radius, spread_m: 0.01 };
     settings.groups = vec![Group { name: "balls".into(), count: 30, radius: radii, material: 0 }];
     let region = StartRegion::Box { lower_m: [-half; 3], upper_m: [half; 3] };
     settings.start = Start::SequentialAddition { region, velocity_m_s: [0.9, 0.5, -1.1] };
-    settings.walls = vec![floor_below(), Wall { name: "box".into(), planes: planes.collect(), temperature_k: None }];
+    settings.walls = vec![floor_below(), Wall::fixed("box", shape, None)];
     settings.gravity_m_s2 = [0.0, 0.0, -9.81];
     let particles = Particles::new(settings).unwrap();
     let before = energy(&particles.initial().unwrap().1, Kind::Stored);
@@ -337,6 +329,5 @@ fn a_box_holds_its_particles_and_their_energy() {
 
 /// A wall that nothing reaches.
 fn floor_below() -> Wall {
-    let planes = vec![Plane { through: [0.0, 0.0, -10.0], normal: [0.0, 0.0, 1.0] }];
-    Wall { name: "below".into(), planes, temperature_k: None }
+    Wall::fixed("below", Shape::plane([0.0, 0.0, -10.0], [0.0, 0.0, 1.0]), None)
 }

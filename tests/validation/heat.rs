@@ -8,7 +8,7 @@ use stagger_solver::{
     SolveError,
     coupling::{Frozen, Physics, Reply, Window},
     physics::{
-        Plane, Wall,
+        Shape, Wall,
         thermal::{Conductance, Settings, State, Thermal},
     },
 };
@@ -44,7 +44,7 @@ fn settings(count: usize) -> Settings {
 }
 
 fn wall(temperature_k: Option<f64>) -> Wall {
-    Wall { name: "plate".into(), planes: vec![Plane { through: [0.0; 3], normal: [0.0, 0.0, 1.0] }], temperature_k }
+    Wall::fixed("plate", Shape::plane([0.0; 3], [0.0, 0.0, 1.0]), temperature_k)
 }
 
 /// What the other physics say at one instant.

@@ -41,6 +41,10 @@ pub enum Kind {
     Whole(u64, u64),
     /// Three components.
     Vector(&'static Quantity),
+    /// Numbers with their quantity and range, in a list; one number stands for a list of one.
+    Series(&'static Quantity, Range),
+    /// A list of three components each.
+    Vectors(&'static Quantity),
     /// A text.
     Text,
     /// The path of a file, whose contents become part of the scene.
@@ -144,6 +148,10 @@ impl Kind {
             Self::Vector(quantity) => {
                 format!("a list of three numbers, each {} such as \"{}\"", quantity.with_article(), quantity.example)
             }
+            Self::Series(quantity, range) => {
+                format!("{}, or a list of such", with_example(range.describe(quantity), quantity))
+            }
+            Self::Vectors(quantity) => format!("a list, each entry {}", Self::Vector(quantity).expected()),
             Self::Text => "a text in quotes".into(),
             Self::File => "the path of a file, in quotes".into(),
             Self::Texts => "a list of texts in quotes".into(),

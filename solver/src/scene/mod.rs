@@ -231,7 +231,7 @@ impl Scene {
         let (duration_s, seed) = (root.number(&DURATION), root.whole(&SEED));
         let materials = materials::read(root, &MATERIALS);
         let particles = root.optional_table(&PARTICLES);
-        let walls = walls::read(root, &WALLS);
+        let walls = walls::read(root, &WALLS, &materials);
         let thermal = root.optional_table(&THERMAL);
         let optics = root.optional_table(&OPTICS);
         let built_in: Vec<&str> =

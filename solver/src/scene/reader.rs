@@ -206,15 +206,37 @@ impl<'d> Table<'d> {
 
     /// Three components in SI units, where they are given or have a default.
     pub fn optional_vector(&self, key: &'static Key) -> Option<[f64; 3]> {
+        self.read(key, |node| match key.kind {
+            Kind::Vector(quantity) => vector(node, quantity),
+            _ => Err(mismatch(node)),
+        })
+    }
+
+    /// Lists of three components in SI units, where they are given or have a default.
+    pub fn vectors(&self, key: &'static Key) -> Option<Vec<[f64; 3]>> {
         self.read(key, |node| {
-            let (Kind::Vector(quantity), Item::List(list)) = (key.kind, &node.item) else { return Err(mismatch(node)) };
-            let [x, y, z] = list.as_slice() else { return Err((format!("a list of {}", list.len()), None)) };
-            let component = |number: usize, node: &Node| match si_value(node, quantity) {
-                Ok((value, _)) if value.is_finite() => Ok(value),
-                Ok((_, found)) => Err((format!("{found} as component {number}"), None)),
-                Err((found, hint)) => Err((format!("{found} as component {number}"), hint)),
+            let (Kind::Vectors(quantity), Item::List(list)) = (key.kind, &node.item) else {
+                return Err(mismatch(node));
             };
-            Ok([component(1, x)?, component(2, y)?, component(3, z)?])
+            let entry = |(number, node)| {
+                vector(node, quantity).map_err(|(found, hint)| (format!("{found} in entry {number}"), hint))
+            };
+            (1..).zip(list).map(entry).collect()
+        })
+    }
+
+    /// Numbers in SI units, where they are given or have a default.
+    pub fn series(&self, key: &'static Key) -> Option<Vec<f64>> {
+        self.read(key, |node| {
+            let Kind::Series(quantity, range) = key.kind else { return Err(mismatch(node)) };
+            let number = |node: &Node| {
+                let (value, found) = si_value(node, quantity)?;
+                if range.contains(value) { Ok(value) } else { Err((found, None)) }
+            };
+            let Item::List(list) = &node.item else { return Ok(vec![number(node)?]) };
+            let entry =
+                |(entry, node)| number(node).map_err(|(found, hint)| (format!("{found} as entry {entry}"), hint));
+            (1..).zip(list).map(entry).collect()
         })
     }
 
@@ -437,6 +459,17 @@ fn whole(node: &Node, low: u64, high: u64) -> Result<u64, Mismatch> {
     u64::try_from(value).ok().filter(|value| (low..=high).contains(value)).ok_or_else(|| mismatch(node))
 }
 
+fn vector(node: &Node, quantity: &Quantity) -> Result<[f64; 3], Mismatch> {
+    let Item::List(list) = &node.item else { return Err(mismatch(node)) };
+    let [x, y, z] = list.as_slice() else { return Err((format!("a list of {}", list.len()), None)) };
+    let component = |number: usize, node: &Node| match si_value(node, quantity) {
+        Ok((value, _)) if value.is_finite() => Ok(value),
+        Ok((_, found)) => Err((format!("{found} as component {number}"), None)),
+        Err((found, hint)) => Err((format!("{found} as component {number}"), hint)),
+    };
+    Ok([component(1, x)?, component(2, y)?, component(3, z)?])
+}
+
 fn text(node: &Node) -> Result<String, Mismatch> {
     match &node.item {
         Item::Text(text) => Ok(text.clone()),
@@ -474,9 +507,13 @@ fn numbers_in(kind: &Kind, node: &Node) -> Vec<f64> {
         (Kind::Number(quantity, _), _) => si_value(node, quantity).into_iter().map(|(value, _)| value).collect(),
         // To 53 bits: a longer seed is exact in its text.
         (Kind::Whole(..), Item::Integer(value, _)) => vec![*value as f64],
-        (Kind::Vector(quantity), Item::List(list)) => {
+        (Kind::Vectors(quantity), Item::List(list)) => {
+            list.iter().flat_map(|node| numbers_in(&Kind::Vector(quantity), node)).collect()
+        }
+        (Kind::Vector(quantity) | Kind::Series(quantity, _), Item::List(list)) => {
             list.iter().filter_map(|node| si_value(node, quantity).ok()).map(|(value, _)| value).collect()
         }
+        (Kind::Series(quantity, range), _) => numbers_in(&Kind::Number(quantity, *range), node),
         _ => Vec::new(),
     }
 }
@@ -488,7 +525,13 @@ fn show(kind: &Kind, node: &Node) -> String {
             format!("{number} {}", quantity.unit).trim_end().into()
         }
         (Kind::Number(..) | Kind::Text | Kind::File | Kind::Choice(_), Item::Text(text)) => text.clone(),
-        (Kind::Vector(quantity), Item::List(list)) => {
+        (Kind::Vectors(quantity), Item::List(list)) => {
+            format!("[{}]", list.iter().map(|node| show(&Kind::Vector(quantity), node)).collect::<Vec<_>>().join(", "))
+        }
+        (Kind::Series(quantity, range), item) if !matches!(item, Item::List(_)) => {
+            show(&Kind::Number(quantity, *range), node)
+        }
+        (Kind::Vector(quantity) | Kind::Series(quantity, _), Item::List(list)) => {
             let texts = list.iter().any(|node| matches!(node.item, Item::Text(_)));
             let kind = Kind::Number(if texts { quantity } else { &units::NUMBER }, Range::ANY);
             let shown = list.iter().map(|node| show(&kind, node)).collect::<Vec<_>>().join(", ");

@@ -143,7 +143,7 @@ impl<'d> Starting<'d> {
         let (region, key) = region(&table, kind, largest_m)?;
         for wall in walls {
             let key = if table.is_given(&AT) { &AT } else { key };
-            if wall.planes.iter().any(|plane| reaches_behind(&region, plane.through, plane.normal)) {
+            if wall.shape.planes().iter().any(|plane| reaches_behind(&region, plane.through, plane.normal)) {
                 table.reject(key, format!("the {} reaches behind the wall `{}`", key_name(key, &region), wall.name));
             }
         }

@@ -16,6 +16,7 @@ use crate::{
             StartRegion,
         },
         thermal::Conductance,
+        walls::{Cylinder, During, Motion, Pressed, Series, Shape, Side, Withdrawal},
     },
 };
 
@@ -96,7 +97,34 @@ plane = { through = [0, 0, 0], normal = [0, 0, 2] }
 temperature = "320 K"
 
 [walls.a-box]
-box = { lower = ["-1 mm", "-1 mm", "-1 mm"], upper = ["3 mm", "3 mm", "3 mm"] }
+box = { lower = ["-1 mm", "-1 mm", "-1 mm"], upper = ["3 mm", "3 mm", "3 mm"], open = ["+z", "-x"] }
+motion = { kind = "path", times = [0, "1 ms"], displacements = [[0, 0, 0], ["1 um", 0, 0]] }
+material = "copper"
+
+[walls.drum]
+cylinder = { through = [0, 0, "1 mm"], axis = [0, 2, 0], radius = "9 mm", particles = "inside" }
+motion = { kind = "rotation", through = [0, 0, "1 mm"], axis = [0, 1, 0], frequency = "2 Hz", from = "1 ms", until = "2 ms" }
+
+[walls.tube]
+cylinder = { axis = [0, 0, 1], radius = "9 mm", length = "20 mm" }
+motion = { kind = "constant", velocity = [0, 0, "1 m/s"], from = "0.1 ms" }
+
+[walls.tool]
+mesh = { file = "tool.stl", unit = "1 mm", at = [0, 0, "-20 mm"] }
+motion = { kind = "oscillation", amplitude = [0, 0, "1 um"], frequency = "50 Hz", phase = 0.5 }
+
+[walls.lid]
+plane = { through = [0, 0, "9 mm"], normal = [0, 0, -1] }
+
+[walls.lid.motion]
+kind = "pressed"
+direction = [0, 0, -2]
+mass = "1 g"
+damping = "0.1 N s/m"
+times = [0, "1 ms"]
+force = [0, "5 N"]
+withdrawal = { from = "2 ms", speed = "0.1 m/s" }
+stops = { backward = 0, forward = "8 mm" }
 
 [thermal]
 conductance = "constriction"
@@ -170,12 +198,20 @@ fn set(key: &str, value: &str) -> (String, String) {
     (key.into(), value.into())
 }
 
+/// The files the scenes name: a triangle with edges of 1, and a bed.
+fn read_file(path: &str) -> Result<Vec<u8>, String> {
+    let corners = "vertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n";
+    let text = format!("solid\nfacet normal 0 0 1\nouter loop\n{corners}endloop\nendfacet\nendsolid\n");
+    match path {
+        "tool.stl" => Ok(text.into_bytes()),
+        "bed.csv" => Ok(BED.into()),
+        _ => Err("no such file".into()),
+    }
+}
+
 fn parse(text: &str, overrides: &[(&str, &str)]) -> Scene {
     let overrides: Vec<_> = overrides.iter().map(|(key, value)| set(key, value)).collect();
-    let read = |path: &str| {
-        if path == "bed.csv" { Ok(BED.into()) } else { Err("no such file".to_owned()) }
-    };
-    Scene::parse_with_files(text, "x.toml", &overrides, &read).unwrap_or_else(|problems| panic!("{problems}"))
+    Scene::parse_with_files(text, "x.toml", &overrides, &read_file).unwrap_or_else(|problems| panic!("{problems}"))
 }
 
 #[test]
@@ -244,14 +280,15 @@ fn every_value_of_a_scene_reaches_its_setting() {
 
     // Walls keep the order of the file, which is not that of their names; normals are unit vectors.
     let names: Vec<&str> = scene.walls.iter().map(|wall| wall.name.as_str()).collect();
-    assert_eq!(names, ["z-plate", "a-box"]);
-    assert_eq!(scene.walls[0].planes[0].normal, [0.0, 0.0, 1.0]);
+    assert_eq!(names, ["z-plate", "a-box", "drum", "tube", "tool", "lid"]);
+    assert_eq!(scene.walls[0].shape.planes()[0].normal, [0.0, 0.0, 1.0]);
     assert_eq!((scene.walls[0].temperature_k, scene.walls[1].temperature_k), (Some(320.0), None));
-    assert_eq!(scene.walls[1].planes.len(), 6);
-    assert!(scene.walls[1].planes.iter().all(|plane| {
+    assert_eq!(scene.walls[1].shape.planes().len(), 4);
+    assert!(scene.walls[1].shape.planes().iter().all(|plane| {
         // The box's centre is inside.
         (0..3).map(|axis| (1e-3 - plane.through[axis]) * plane.normal[axis]).sum::<f64>() > 0.0
     }));
+    walls_reach_their_settings(&scene.walls);
 
     let thermal = scene.thermal.unwrap();
     assert_eq!((thermal.heat_capacity_j_kg_k, thermal.conductivity_w_m_k), (385.0, 400.0));
@@ -284,6 +321,56 @@ fn every_value_of_a_scene_reaches_its_setting() {
     let second = scene.nodes["second"].optics.as_ref().unwrap();
     assert_eq!((second.beam.power_w, second.count), (10.0, 17));
     assert_eq!(second.beam.profile, Profile::Gaussian { radius_m: 2e-5 });
+}
+
+fn walls_reach_their_settings(walls: &[Wall]) {
+    let materials: Vec<_> = walls.iter().filter_map(|wall| wall.material.as_deref()).collect();
+    assert_eq!((walls[0].motion.clone(), materials), (Motion::Fixed, vec!["copper"]));
+    let displacements = Series { times_s: vec![0.0, 1e-3], values: vec![[0.0; 3], [1e-6, 0.0, 0.0]] };
+    assert_eq!(walls[1].motion, Motion::Path(displacements));
+    let drum = Cylinder {
+        through_m: [0.0, 0.0, 1e-3],
+        axis: [0.0, 1.0, 0.0],
+        radius_m: 9e-3,
+        particles: Side::Inside,
+        length_m: None,
+    };
+    assert_eq!(walls[2].shape, Shape::Cylinder(drum));
+    let during = During { from_s: 1e-3, until_s: 2e-3 };
+    let speed_rad_s = 4.0 * std::f64::consts::PI;
+    let turning = Motion::Rotation { through_m: [0.0, 0.0, 1e-3], axis: [0.0, 1.0, 0.0], speed_rad_s, during };
+    assert_eq!(walls[2].motion, turning);
+    let tube = Cylinder { through_m: [0.0; 3], axis: [0.0, 0.0, 1.0], length_m: Some(20e-3), ..drum };
+    assert_eq!(walls[3].shape, Shape::Cylinder(tube));
+    let during = During { from_s: 1e-4, until_s: f64::INFINITY };
+    assert_eq!(walls[3].motion, Motion::Constant { velocity_m_s: [0.0, 0.0, 1.0], during });
+    let Shape::Mesh(mesh) = &walls[4].shape else { panic!("a mesh") };
+    assert_eq!(mesh.bounds(), [[0.0, 0.0, -20e-3], [1e-3, 1e-3, -20e-3]]);
+    let swing = Motion::Oscillation { amplitude_m: [0.0, 0.0, 1e-6], frequency_hz: 50.0, phase_rad: 0.5 };
+    assert_eq!(walls[4].motion, swing);
+    let pressed = Pressed {
+        direction: [0.0, 0.0, -1.0],
+        mass_kg: 1e-3,
+        damping_n_s_m: 0.1,
+        force_n: Series { times_s: vec![0.0, 1e-3], values: vec![0.0, 5.0] },
+        withdrawal: Some(Withdrawal { from_s: 2e-3, speed_m_s: 0.1 }),
+        limits_m: [0.0, 8e-3],
+    };
+    assert_eq!(walls[5].motion, Motion::Pressed(pressed));
+    walls.iter().for_each(|wall| wall.check().unwrap());
+}
+
+#[test]
+fn one_force_without_times_is_a_constant_one() {
+    let pressed = "{ kind = \"pressed\", direction = [0, 0, -1], mass = 1, force = \"2 N\" }";
+    let plane = "{ normal = [0, 0, 1] }";
+    let scene = parse(SHORT, &[("walls.lid.plane", plane), ("walls.lid.motion", pressed)]);
+    let Motion::Pressed(pressed) = &scene.walls[0].motion else { panic!("pressed") };
+    assert_eq!(pressed.force_n, Series::constant(2.0));
+    assert_eq!((pressed.damping_n_s_m, pressed.withdrawal), (0.0, None));
+    assert_eq!(pressed.limits_m, [f64::NEG_INFINITY, f64::INFINITY]);
+    let shown = scene.effective.iter().find(|value| value.path == "walls.lid.motion.force").unwrap();
+    assert_eq!((shown.value.as_str(), shown.si.as_slice()), ("2 N", [2.0].as_slice()));
 }
 
 #[test]

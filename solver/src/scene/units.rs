@@ -49,6 +49,14 @@ pub const TIME: Quantity = quantity("time", "s", "20 ms", [0, 0, 1, 0]);
 pub const SPEED: Quantity = quantity("speed", "m/s", "0.5 m/s", [1, 0, -1, 0]);
 /// An acceleration.
 pub const ACCELERATION: Quantity = quantity("acceleration", "m/s^2", "9.81 m/s^2", [1, 0, -2, 0]);
+/// A frequency.
+pub const FREQUENCY: Quantity = quantity("frequency", "Hz", "50 Hz", [0, 0, -1, 0]);
+/// A mass.
+pub const MASS: Quantity = quantity("mass", "kg", "1 kg", [0, 1, 0, 0]);
+/// A force.
+pub const FORCE: Quantity = quantity("force", "N", "1 N", [1, 1, -2, 0]);
+/// A damping: a force per speed.
+pub const DAMPING: Quantity = quantity("damping", "N s/m", "10 N s/m", [0, 1, -1, 0]);
 /// An absolute temperature.
 pub const TEMPERATURE: Quantity = quantity("temperature", "K", "320 K", [0, 0, 0, 1]);
 /// A power.
@@ -120,10 +128,11 @@ const NAMED: &[Quantity] = &[
     MAGNETISABILITY,
     electric("current", "A", "1 A", [0, 0, 0, 1]),
     electric("voltage", "V", "1 V", [2, 1, -3, -1]),
-    quantity("mass", "kg", "1 kg", [0, 1, 0, 0]),
-    quantity("force", "N", "1 N", [1, 1, -2, 0]),
+    MASS,
+    FORCE,
+    FREQUENCY,
+    DAMPING,
     quantity("energy", "J", "1 J", [2, 1, -2, 0]),
-    quantity("frequency", "Hz", "1 Hz", [0, 0, -1, 0]),
     quantity("irradiance", "W/m^2", "1e5 W/m^2", [0, 1, -3, 0]),
 ];
 

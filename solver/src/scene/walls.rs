@@ -1,95 +1,51 @@
 //! `[walls.NAME]`: what holds the particles.
 
+mod motion;
+mod shape;
+
+use std::collections::BTreeMap;
+
 use super::{
     key::{Key, Kind, Range, Section},
+    materials::{self, Material},
     reader::Table,
-    units::{LENGTH, NUMBER, TEMPERATURE},
+    units::TEMPERATURE,
 };
-use crate::physics::{Plane, Wall};
+use crate::physics::{Wall, walls::Motion};
 
-static PLANE: Key =
-    Key::new("plane", Kind::Table(&PLANE_SECTION), "An infinite plane.").or_from("none; a wall is a plane or a box");
-static BOX: Key = Key::new("box", Kind::Table(&BOX_SECTION), "Six planes around the particles.")
-    .or_from("none; a wall is a plane or a box");
+static MOTION: Key = Key::new("motion", Kind::Table(&motion::SECTION), "How it moves.").or_from("it does not");
+static MATERIAL: Key =
+    Key::new("material", Kind::Text, "Material, for friction and restitution between pairs of them.")
+        .or_from("none: what holds for all contacts");
 static TEMPERATURE_KEY: Key =
     Key::new("temperature", Kind::Number(&TEMPERATURE, Range::POSITIVE), "Temperature, held throughout.")
         .or_from("insulated");
 
 pub(super) static SECTION: Section = Section {
     path: "walls.NAME",
-    doc: "A wall. Particles stay on the side its normal points to, or inside its box.",
+    doc: "A wall, of one shape. Particles stay on the side a plane's normal points to, inside a box, on their side of a \
+          cylinder; a tube and a mesh are thin and hold them off on both sides.",
     example: "{ plane = { normal = [0, 0, 1] }, temperature = \"320 K\" }",
     shorthand: None,
-    keys: &[&PLANE, &BOX, &TEMPERATURE_KEY],
-};
-
-static THROUGH: Key = Key::new("through", Kind::Vector(&LENGTH), "A point on the plane.").or("[0, 0, 0]");
-static NORMAL: Key = Key::new(
-    "normal",
-    Kind::Vector(&NUMBER),
-    "Direction of its normal, towards the particles; of any length but zero.",
-);
-static PLANE_SECTION: Section = Section {
-    path: "walls.NAME.plane",
-    doc: "An infinite plane.",
-    example: "{ through = [0, 0, 0], normal = [0, 0, 1] }",
-    shorthand: None,
-    keys: &[&THROUGH, &NORMAL],
-};
-
-static LOWER: Key = Key::new("lower", Kind::Vector(&LENGTH), "Lower corner.");
-static UPPER: Key = Key::new("upper", Kind::Vector(&LENGTH), "Upper corner; above the lower one along every axis.");
-static BOX_SECTION: Section = Section {
-    path: "walls.NAME.box",
-    doc: "An axis-aligned box with the particles inside.",
-    example: "{ lower = [0, 0, 0], upper = [\"1 mm\", \"1 mm\", \"2 mm\"] }",
-    shorthand: None,
-    keys: &[&LOWER, &UPPER],
+    keys: &[&shape::PLANE, &shape::BOX, &shape::CYLINDER, &shape::MESH, &MOTION, &MATERIAL, &TEMPERATURE_KEY],
 };
 
 /// Reads all walls, in the order of the file.
-pub(super) fn read(root: &Table<'_>, key: &'static Key) -> Vec<Wall> {
+pub(super) fn read(root: &Table<'_>, key: &'static Key, materials: &BTreeMap<String, Material>) -> Vec<Wall> {
     let mut walls = Vec::new();
     for (name, table) in root.named(key) {
-        let planes = match (table.optional_table(&PLANE), table.optional_table(&BOX)) {
-            (Some(plane), None) => {
-                let planes = vec![Plane { through: plane.vector(&THROUGH), normal: plane.direction(&NORMAL) }];
-                plane.finish();
-                planes
-            }
-            (None, Some(inside)) => sides(inside),
-            (Some(_), Some(_)) => {
-                table.reject(&BOX, "a wall is a plane or a box, not both; give them two names");
-                Vec::new()
-            }
-            (None, None) => {
-                // A plane or box that is no table has been reported already.
-                if !table.is_given(&PLANE) && !table.is_given(&BOX) {
-                    table.reject(&PLANE, "missing; expected a plane or a box");
-                }
-                Vec::new()
-            }
+        // Everything is read before anything is given up, so that every mistake is found.
+        let shape = shape::read(&table);
+        let motion = match table.optional_table(&MOTION) {
+            Some(motion) => motion::read(motion),
+            None => Some(Motion::Fixed),
         };
-        walls.push(Wall { name, planes, temperature_k: table.optional_number(&TEMPERATURE_KEY) });
+        let material = table.is_given(&MATERIAL).then(|| materials::choose(&table, &MATERIAL, materials).0);
+        let temperature_k = table.optional_number(&TEMPERATURE_KEY);
         table.finish();
-    }
-    walls
-}
-
-/// The planes of a box, lower and upper along each axis in turn, facing inwards.
-fn sides(table: Table<'_>) -> Vec<Plane> {
-    let (lower, upper) = (table.vector(&LOWER), table.vector(&UPPER));
-    if (0..3).any(|axis| lower[axis] >= upper[axis]) {
-        table.reject(&UPPER, "expected to lie above the lower corner along every axis");
-    }
-    table.finish();
-    let mut planes = Vec::with_capacity(6);
-    for axis in 0..3 {
-        for (through, direction) in [(lower, 1.0), (upper, -1.0)] {
-            let mut normal = [0.0; 3];
-            normal[axis] = direction;
-            planes.push(Plane { through, normal });
+        if let (Some(shape), Some(motion)) = (shape, motion) {
+            walls.push(Wall { name, shape, motion, material, temperature_k });
         }
     }
-    planes
+    walls
 }

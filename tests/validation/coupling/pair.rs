@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use stagger_solver::{
     coupling::{Local, Participant},
     physics::{
-        Plane, Wall,
+        Shape, Wall,
         particles::{Contact, ContactLaw, FieldForces, Integrator, Material, Particles, Settings as Motion, Start},
         thermal::{Conductance, Settings as Heat, Thermal},
     },
@@ -17,8 +17,7 @@ use super::{
 };
 
 fn wall(name: &str, at: f64, normal: f64, temperature_k: f64) -> Wall {
-    let plane = Plane { through: [at, 0.0, 0.0], normal: [normal, 0.0, 0.0] };
-    Wall { name: name.into(), planes: vec![plane], temperature_k: Some(temperature_k) }
+    Wall::fixed(name, Shape::plane([at, 0.0, 0.0], [normal, 0.0, 0.0]), Some(temperature_k))
 }
 
 fn members(integrator: Integrator, phi: f64) -> BTreeMap<String, Box<dyn Participant>> {

@@ -129,7 +129,7 @@ impl Particles {
         validate::settings(&settings)?;
         let start = at_start(&settings)?;
         let planes = (0u32..).zip(&settings.walls).flat_map(|(wall, shape)| {
-            shape.planes.iter().map(move |plane| Plane {
+            shape.shape.planes().into_iter().map(move |plane| Plane {
                 wall,
                 through: Vec3::from(plane.through),
                 normal: Vec3::from(plane.normal).normalize(),

@@ -1,7 +1,7 @@
 //! Ranges of the settings.
 
 use super::settings::{ContactLaw, Friction, Group, Integrator, Radius, Rolling, Settings, Start};
-use crate::SolveError;
+use crate::{SolveError, physics::Wall};
 
 /// Checks that every setting is in its range.
 ///
@@ -67,13 +67,7 @@ pub(super) fn settings(settings: &Settings) -> Result<(), SolveError> {
         not_negative("viscosity", drag.viscosity_pa_s)?;
         finite("gas velocity", &drag.velocity_m_s)?;
     }
-    for plane in settings.walls.iter().flat_map(|wall| &wall.planes) {
-        finite("wall plane", &plane.through)?;
-        finite("wall normal", &plane.normal)?;
-        let length = plane.normal.iter().map(|component| component * component).sum::<f64>().sqrt();
-        // Rounding of a normal given in decimals is forgiven.
-        check((length - 1.0).abs() < 1e-6, "length of a wall normal", length, "must be 1")?;
-    }
+    settings.walls.iter().try_for_each(Wall::check)?;
     match settings.integrator {
         Integrator::Verlet { substep_s } => substep_s.map_or(Ok(()), |substep_s| positive("substep", substep_s))?,
         Integrator::Trapezoidal { phi, tolerance, iterations } => {

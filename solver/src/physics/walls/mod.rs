@@ -1,0 +1,79 @@
+//! Walls: their shapes, where they touch a sphere, and how they move.
+//!
+//! A shape stands in the wall's own frame, which is the scene's at rest; a [`Motion`] says where that frame is at an
+//! instant ([`Pose`]). Contact search knows shapes, the pose carries its answers into the scene's frame.
+
+mod cylinder;
+mod mesh;
+mod motion;
+mod pose;
+mod pressed;
+mod series;
+mod shape;
+mod stl;
+mod surface;
+mod triangle;
+
+use serde::Serialize;
+
+pub use self::{
+    cylinder::{Cylinder, Side},
+    mesh::{Mesh, MeshError},
+    motion::{During, Motion, WallState},
+    pose::Pose,
+    pressed::{Pressed, Withdrawal, Work},
+    series::Series,
+    shape::{Face, Plane, Shape},
+    surface::{Surface, Touch},
+};
+use super::checks;
+use crate::SolveError;
+
+type Vec3 = nalgebra::Vector3<f64>;
+
+/// A wall; its rows in wall-contact fields carry its index in the scene's order.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Wall {
+    /// Name in the scene.
+    pub name: String,
+    /// Its surface, in its own frame.
+    pub shape: Shape,
+    /// How its frame moves.
+    pub motion: Motion,
+    /// Material, for the table of friction and restitution between pairs; `None` takes what holds for all contacts.
+    pub material: Option<String>,
+    /// Temperature in K; `None` is an insulated wall.
+    pub temperature_k: Option<f64>,
+}
+
+impl Wall {
+    /// A wall at rest, of no material of its own.
+    #[must_use]
+    pub fn fixed(name: &str, shape: Shape, temperature_k: Option<f64>) -> Self {
+        Self { name: name.into(), shape, motion: Motion::Fixed, material: None, temperature_k }
+    }
+
+    /// Checks that its shape and motion are in their ranges.
+    ///
+    /// # Errors
+    /// [`SolveError::Start`] names the wall and the first setting that is not.
+    pub fn check(&self) -> Result<(), SolveError> {
+        let wall = format!("wall `{}`", self.name);
+        self.shape.check(&wall)?;
+        self.motion.check(&wall)?;
+        self.temperature_k.map_or(Ok(()), |temperature_k| checks::positive(&wall, "its temperature", temperature_k))
+    }
+}
+
+/// Refuses a setting of a wall with a component that is not finite.
+fn finite(wall: &str, what: &str, values: &[f64]) -> Result<(), SolveError> {
+    let wrong = values.iter().find(|value| !value.is_finite());
+    wrong.map_or(Ok(()), |&wrong| checks::setting(wall, what, wrong, false, "finite"))
+}
+
+/// Refuses a direction that is no unit vector.
+fn unit(wall: &str, what: &str, direction: &[f64; 3]) -> Result<(), SolveError> {
+    let length = Vec3::from(*direction).norm();
+    // Rounding of a direction given in decimals is forgiven.
+    checks::setting(wall, what, length, (length - 1.0).abs() < 1e-6, "1")
+}
