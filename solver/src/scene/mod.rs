@@ -12,6 +12,7 @@ mod materials;
 mod nodes;
 mod optics;
 mod particles;
+mod pour;
 mod problems;
 mod reader;
 mod recovery;

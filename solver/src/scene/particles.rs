@@ -6,6 +6,7 @@ use super::{
     contact,
     key::{Key, Kind, Range, Section},
     materials::{self, Material},
+    pour,
     reader::Table,
     units::{ACCELERATION, LENGTH, NUMBER, SPEED, TEMPERATURE, TIME},
 };
@@ -42,6 +43,9 @@ static SKIN: Key = Key::new(
 )
 .or("0.3");
 
+static POUR: Key = Key::new("pour", Kind::Named(&pour::POUR), "Dispensers, by name.").or_from("none");
+static DOMAIN: Key = Key::new("domain", Kind::Table(&pour::DOMAIN), "Where particles are kept.").or_from("everywhere");
+
 pub(super) static SECTION: Section = Section {
     path: "particles",
     doc: "The particles and their motion.",
@@ -62,6 +66,8 @@ pub(super) static SECTION: Section = Section {
         &SPIN,
         &INTEGRATOR,
         &SKIN,
+        &POUR,
+        &DOMAIN,
     ],
 };
 
@@ -141,6 +147,8 @@ pub(super) struct Bodies<'d> {
     pub spread_m: f64,
     pub material: (String, Material),
     pub temperature_k: f64,
+    /// Whether particles may come and go during the run.
+    pub come_and_go: bool,
 }
 
 /// A property of the particles' material, reported where it is missing.
@@ -159,7 +167,15 @@ impl<'d> Bodies<'d> {
         let Some(table) = table else {
             let material = materials.get("316L").copied().unwrap_or_default();
             let material = ("316L".into(), material);
-            return Self { table: None, count: 0, radius_m: 25e-6, spread_m: 0.0, material, temperature_k: 300.0 };
+            return Self {
+                table: None,
+                count: 0,
+                radius_m: 25e-6,
+                spread_m: 0.0,
+                material,
+                temperature_k: 300.0,
+                come_and_go: false,
+            };
         };
         let count = usize::try_from(table.whole(&COUNT)).unwrap_or(usize::MAX);
         let (mut radius_m, mut spread_m) = (f64::NAN, f64::NAN);
@@ -172,7 +188,8 @@ impl<'d> Bodies<'d> {
         }
         let material = materials::choose(&table, &MATERIAL, materials);
         let temperature_k = table.number(&TEMPERATURE_KEY);
-        Self { count, radius_m, spread_m, material, temperature_k, table: Some(table) }
+        let come_and_go = table.is_given(&POUR) || table.is_given(&DOMAIN);
+        Self { count, radius_m, spread_m, material, temperature_k, come_and_go, table: Some(table) }
     }
 
     /// A property of the material, reported where it is missing.
@@ -187,7 +204,7 @@ impl<'d> Bodies<'d> {
     pub fn settings(self, walls: &[Wall], seed: u64, thermal_runs: bool) -> Option<Settings> {
         let density_kg_m3 = self.property("density", self.material.1.density_kg_m3);
         let start = self.start(walls);
-        let Self { table, count, radius_m, spread_m, material, temperature_k } = self;
+        let Self { table, count, radius_m, spread_m, material, temperature_k, .. } = self;
         let table = table?;
         // Everything is read before anything is given up, so that every mistake is found.
         let contact = contact::contact(&table, &CONTACT, &material);
@@ -197,6 +214,8 @@ impl<'d> Bodies<'d> {
         let drag = contact::drag(&table, &DRAG);
         let (gravity_m_s2, spin, skin) = (table.vector(&GRAVITY), table.flag(&SPIN), table.number(&SKIN));
         let integrator = integrator(&table);
+        let usual = pour::Usual { radius_m, spread_m, density_kg_m3, seed };
+        let (pours, domain) = (pour::pours(&table, &POUR, &usual), pour::domain(&table, &DOMAIN));
         table.finish();
         let contact = contact?;
         Some(Settings {
@@ -218,6 +237,8 @@ impl<'d> Bodies<'d> {
             spin,
             integrator: integrator?,
             skin,
+            pours,
+            domain,
         })
     }
 

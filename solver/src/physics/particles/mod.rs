@@ -5,6 +5,7 @@ mod blocks;
 mod bodies;
 mod contact;
 mod contact_list;
+mod domain;
 mod drag;
 mod forces;
 mod friction;
@@ -17,6 +18,7 @@ mod monograph_bond;
 mod neighbours;
 mod overlap;
 mod pair_table;
+mod pour;
 mod quadrature;
 mod rolling;
 mod sequential_addition;
@@ -35,6 +37,8 @@ use std::{f64::consts::PI, sync::Arc};
 
 use stagger_messages::{Field, Fields, Measure, Port, Ports};
 
+pub use domain::{Body, Domain, Moved};
+pub use pour::{Pour, Poured, Region};
 pub use settings::*;
 pub use state::State;
 

@@ -1,5 +1,6 @@
 use serde::Serialize;
 
+use super::{Domain, Pour};
 use crate::physics::Wall;
 
 /// Everything the particle dynamics of a scene depends on. SI units.
@@ -42,6 +43,10 @@ pub struct Settings {
     /// Skin of the Verlet list as a share of each particle's radius: a pair is listed while its gap is below this share
     /// of the pair's mean radius. Zero builds the list anew at every substep.
     pub skin: f64,
+    /// Dispensers, in the order of the scene.
+    pub pours: Vec<Pour>,
+    /// Particles whose centre leaves it are removed; `None` keeps all.
+    pub domain: Option<Domain>,
 }
 
 /// Where particles start.
