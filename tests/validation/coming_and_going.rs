@@ -59,7 +59,7 @@ impl Stock {
     fn begun(&self) -> Self {
         let (ids, _) = scheduled(self.window, &self.ids);
         let revision = self.revision + u64::from(ids != self.ids);
-        let x = by_ids(&self.x, &self.ids, &ids, |id| f64::from(id));
+        let x = by_ids(&self.x, &self.ids, &ids, f64::from);
         Self { window: self.window + 1, revision, ids, x }
     }
 
@@ -213,7 +213,6 @@ fn every_row_has_the_value_of_its_own_whatever_the_order_and_the_acceleration() 
             let windows = (0..WINDOWS).zip(&iterations).filter(|(window, _)| changed(*window) == changes);
             windows.map(|(_, iterations)| *iterations).max().unwrap()
         };
-        println!("{order:?} {method:?} {tells}: {iterations:?}");
         // What is measured anew in the first iteration, and in Jacobi order in the second, is lost; and a window
         // without older ones to learn from is like a run's first.
         let learning = u32::from(method == IQN_ILS) * 4;
