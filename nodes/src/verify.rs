@@ -9,7 +9,7 @@ use stagger_messages::{
 use stagger_recordings::{Body, Recording, RecordingError};
 use stagger_solver::{
     SolveError,
-    coupling::{Inbox, Participant, Window, resting, restore, window_of},
+    coupling::{Inbox, Participant, Window, resting, restore, same, window_of},
     scene::Problems,
 };
 
@@ -301,7 +301,7 @@ fn compare(
     result: &mut Verified,
 ) -> Result<(), VerifyError> {
     result.fields += 1;
-    if result.difference.is_some() || recorded.is_some_and(|recorded| recorded.values() == computed.values()) {
+    if result.difference.is_some() || recorded.is_some_and(|recorded| same(recorded, computed)) {
         return Ok(());
     }
     let mut found = Difference {
@@ -316,6 +316,12 @@ fn compare(
         result.difference = Some(found);
         return Ok(());
     };
+    if recorded.support != computed.support {
+        let rows = |field: &Field| format!("{} rows of revision {}", field.rows(), field.support.revision);
+        (found.recorded, found.computed) = (rows(recorded), rows(computed));
+        result.difference = Some(found);
+        return Ok(());
+    }
     let index = match (computed.f64(), recorded.f64()) {
         (Ok(new), Ok(old)) if new.len() == old.len() => {
             let scale = old.iter().fold(0.0f64, |largest, value| largest.max(value.abs()));

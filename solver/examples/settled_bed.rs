@@ -65,6 +65,8 @@ fn simulate(rows: &[[f64; 6]], width_m: f64, steps: u64, heat: bool) -> Result<(
         tolerance: 1e-8,
         iterations: 100,
         reads_absorbed_power: false,
+        pour_temperature_k: None,
+        reads_ids: false,
     })?;
     // As in the peers' case: the lowest 3 mm are hot.
     let hot = rows.iter().map(|row| if row[2] < 0.003 { 1000.0 } else { 300.0 }).collect();
@@ -144,6 +146,8 @@ fn bed(rows: &[[f64; 6]], walls: Vec<Wall>) -> Settings {
         spin: true,
         integrator: Integrator::Verlet { substep_s: Some(STEP_S) },
         skin: 0.3,
+        pours: Vec::new(),
+        domain: None,
     }
 }
 

@@ -54,6 +54,8 @@ fn settings(law: ContactLaw, density_kg_m3: f64, particles: &[([f64; 3], [f64; 3
         spin: false,
         integrator: VERLET,
         skin: 0.3,
+        pours: Vec::new(),
+        domain: None,
     }
 }
 

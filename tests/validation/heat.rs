@@ -37,7 +37,9 @@ fn settings(count: usize) -> Settings {
         conductance: Conductance::Monograph,
         walls: Vec::new(),
         phi: 0.5,
+        pour_temperature_k: None,
         reads_absorbed_power: false,
+        reads_ids: false,
         tolerance: 1e-14,
         iterations: 1000,
     }
@@ -336,11 +338,11 @@ fn fields_that_do_not_fit_are_refused_by_name_row_and_count() {
         refused(&bad)
     };
     for (error, said) in [
-        (bad(&|c| c.radii_m.truncate(1)), "`radii` has 1 rows, but the scene has 2"),
+        (bad(&|c| c.radii_m.truncate(1)), "`radii` has 1 rows at revision 7, but had 2"),
         (bad(&|c| c.radii_m[1] = -1.0), "`radii` is -1 m in row 1"),
-        (bad(&|c| c.pairs[0].1 = 9), "`contact_pairs` names particle 9 in row 0, but the scene has 2"),
+        (bad(&|c| c.pairs[0].1 = 9), "`contact_pairs` names particle 9 in row 0, but there are 2"),
         (bad(&|c| c.walls[0].0 = 2), "`wall_contact_pairs` names particle 2 in row 0"),
-        (bad(&|c| c.walls[0].1 = 1), "`wall_contact_pairs` names wall 1 in row 0, but the scene has 1"),
+        (bad(&|c| c.walls[0].1 = 1), "`wall_contact_pairs` names wall 1 in row 0, but there are 1"),
     ] {
         assert!(matches!(error, SolveError::Mismatch(_)) && error.to_string().contains(said), "{error}");
     }

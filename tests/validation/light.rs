@@ -393,8 +393,49 @@ fn bad_fields_and_settings_are_refused() {
         let frozen = Frozen { start: fields(&optics, spheres), end: fields(&optics, spheres) };
         optics.solve(&Default::default(), &frozen, Window { t_s: 0.0, dt_s: 1.0 }).unwrap_err()
     };
-    let error = refused(&[(Vector3::zeros(), 1.0); 2]);
-    assert!(error.to_string().contains("`radii` has 2 rows, but the scene has 1"), "{error}");
+    let mut wrong = fields(&optics, &[(Vector3::zeros(), 1.0); 2]);
+    wrong.extend(fields(&optics, &[(Vector3::zeros(), 1.0)]).remove_entry("radii"));
+    let frozen = Frozen { start: wrong.clone(), end: wrong };
+    let error = optics.solve(&Default::default(), &frozen, Window { t_s: 0.0, dt_s: 1.0 }).unwrap_err();
+    assert!(error.to_string().contains("`positions` has 2 rows, but `radii` has 1"), "{error}");
     let error = refused(&[(Vector3::new(0.0, f64::NAN, 0.0), 1.0)]);
     assert!(error.retry() && error.to_string().contains("`positions` is NaN in row 0"), "{error}");
+}
+
+#[test]
+fn particles_that_come_or_go_leave_the_balance_closed_and_take_the_share_at_the_windows_end() {
+    let model = Model::BeerLambert { absorption_1_m: 1e4, spacing_m: 0.02 };
+    let two: [(Vector3<f64>, f64); 2] = [(Vector3::new(-0.5, 0.0, 0.0), 0.4), (Vector3::new(0.5, 0.0, 0.0), 0.3)];
+    let three = [two[1], (Vector3::new(-0.2, 0.3, 0.0), 0.2), (Vector3::new(0.0, -0.5, 0.0), 0.3)];
+    let beam = beam(Profile::TopHat { radius_m: 1.0 });
+    let optics = Optics::new(Settings { count: 2, model, beam: beam.clone() }).unwrap();
+    let on = |spheres: &Spheres, revision: u64| {
+        let fields = fields(&optics, spheres).into_values();
+        let revised = fields.map(|field| Field::new(&field.port, revision, field.values().clone()).unwrap());
+        revised.map(|field| (field.name().to_owned(), field)).collect::<Fields>()
+    };
+    let (mut state, _) = optics.initial().unwrap();
+    // As many as before in the last window, but others.
+    let windows = [on(&two, 0), on(&two, 0), on(&three, 1), on(&[], 2), on(&two, 3), on(&two, 4)];
+    for (k, pair) in windows.windows(2).enumerate() {
+        let frozen = Frozen { start: pair[0].clone(), end: pair[1].clone() };
+        let (next, reply) = optics.solve(&state, &frozen, Window { t_s: k as f64, dt_s: 1.0 }).unwrap();
+        let absorbed = &reply.fields["absorbed_power"];
+        assert_eq!(absorbed.support, pair[1]["radii"].support);
+        let sum: f64 = absorbed.f64().unwrap().iter().sum();
+        // Sums of three numbers.
+        assert!((joule(&reply, "absorbed") - sum).abs() <= 1e-15 * beam.power_w && sum <= beam.power_w);
+        assert!(
+            (joule(&reply, "laser") - joule(&reply, "absorbed") - joule(&reply, "passed")).abs()
+                <= 1e-15 * beam.power_w
+        );
+        if k == 1 {
+            let expected = shares(model, &beam, &three);
+            assert_eq!(absorbed.f64().unwrap().len(), 3);
+            for (found, share) in absorbed.f64().unwrap().iter().zip(expected) {
+                assert!((found - share * beam.power_w).abs() <= 1e-15 * beam.power_w);
+            }
+        }
+        state = next;
+    }
 }

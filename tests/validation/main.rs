@@ -3,6 +3,7 @@
 // Helpers of tests are not tests to clippy's `allow-unwrap-in-tests`.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+mod coming_and_going;
 mod contact;
 mod coupling;
 mod heat;

@@ -21,7 +21,7 @@ use stagger_solver::{
 
 use super::coupling::{Log, settings};
 
-type Members = BTreeMap<String, Box<dyn Participant>>;
+pub type Members = BTreeMap<String, Box<dyn Participant>>;
 /// Windows solved by each node, trials included: node, start and length in s.
 type Solved = Arc<Mutex<Vec<(String, f64, f64)>>>;
 
@@ -87,7 +87,7 @@ impl Physics for Relay {
 }
 
 /// Runs to `duration_s`; fields, decisions, and the last checkpoint, one being taken every `checkpoint_steps`.
-fn run(
+pub fn run(
     members: Members,
     settings: &Settings,
     duration_s: f64,
@@ -121,8 +121,8 @@ fn accepted(decisions: &[Decision]) -> Vec<Version> {
     accepted.map(|decision| decision.version.unwrap()).collect()
 }
 
-const AITKEN: Acceleration = Acceleration::Aitken { relaxation: 0.5 };
-const IQN_ILS: Acceleration = Acceleration::IqnIls { relaxation: 0.5, reused_steps: 4, columns: 20, filter: 1e-8 };
+pub const AITKEN: Acceleration = Acceleration::Aitken { relaxation: 0.5 };
+pub const IQN_ILS: Acceleration = Acceleration::IqnIls { relaxation: 0.5, reused_steps: 4, columns: 20, filter: 1e-8 };
 
 #[test]
 fn a_pair_on_which_plain_iteration_diverges_converges_with_aitken_and_iqn_ils() {

@@ -8,7 +8,7 @@ and walls (Zohdi 2018, eqs. 6.35-6.37), by the trapezoidal rule with weight phi 
 
 import numpy as np
 
-from stagger import Node, Port, Reply, gained, lost, run, stored
+from stagger import Node, Port, Reply, Revised, gained, lost, run, stored
 
 
 class Thermal(Node):
@@ -16,6 +16,11 @@ class Thermal(Node):
 
     def __init__(self):
         self.settings = self.scene["physics"]["thermal"]
+        if self.settings["reads_ids"]:
+            raise ValueError(
+                "this example keeps the particles of its start, but [particles.pour.NAME] or [particles.domain] lets some "
+                "come or go: take them out of the scene, or use the built-in thermal physics"
+            )
         # A wall without a temperature is insulated: NaN here.
         self.walls_k = np.array([wall["temperature_k"] for wall in self.settings["walls"]], dtype=float)
         self.reads = [Port("radii", "m", "particles")]
@@ -35,6 +40,8 @@ class Thermal(Node):
     def solve(self, start_k, frozen, window):
         phi, dt_s = self.settings["phi"], window.dt_s
         radii_m = frozen.end["radii"]
+        if len(radii_m) != len(start_k):
+            raise ValueError(f"field `radii` has {len(radii_m)} rows, but the scene has {len(start_k)} particles")
         masses_kg = self.settings["density_kg_m3"] * 4.0 / 3.0 * np.pi * (radii_m * radii_m * radii_m)
         capacities_j_k = masses_kg * self.settings["heat_capacity_j_kg_k"]
         absorbed_w = frozen.end["absorbed_power"] if self.settings["reads_absorbed_power"] else np.zeros(len(start_k))
@@ -65,7 +72,8 @@ class Thermal(Node):
             gained("absorbed", in_order(absorbed_w * dt_s)),
             lost("to_walls", to_walls_j),
         ]
-        return temperatures_k, Reply({"temperature": temperatures_k}, ledger, {"iterations": sweep}, step_factor)
+        written = Revised(temperatures_k, frozen.end.revision("radii"))
+        return temperatures_k, Reply({"temperature": written}, ledger, {"iterations": sweep}, step_factor)
 
 
 class Network:

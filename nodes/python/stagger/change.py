@@ -13,19 +13,22 @@ from .messages import Change
 _LANES = 8
 
 
-def change(new: Field, previous: Field, committed: Field) -> Any:
-    """Sums over rows of the changes from the iterate before and from the committed value (eq. 6.48).
+def change(new: Field, previous: Field, start: Field) -> Any:
+    """Sums over rows of the changes from the iterate before and from the value at the window's start (eq. 6.48).
 
-    Where the number of rows changed, every row counts as changed.
+    From a value on other rows there is no distance, and the value itself counts.
     """
-    comparable = new.values.shape == previous.values.shape == committed.values.shape
     sums = Change(field=new.port.field, rows=new.rows)
-    sums.change, sums.worst_row = _distance(new.values, previous.values if comparable else None)
+    sums.change, sums.worst_row = _distance(new.values, _on_rows_of(new, previous))
     if new.port.measure == "increment":
-        sums.increment, _ = _distance(new.values, committed.values if comparable else None)
+        sums.increment, _ = _distance(new.values, _on_rows_of(new, start))
     elif new.port.measure == "magnitude":
         sums.magnitude, _ = _distance(new.values, None)
     return sums
+
+
+def _on_rows_of(field: Field, other: Field) -> np.ndarray | None:
+    return other.values if other.stands_as(field) and other.values.shape == field.values.shape else None
 
 
 def relative(sums: Any, measure: str) -> float:

@@ -39,13 +39,15 @@ class Reply:
     """The written fields at the window's end by name, and what happened on the way.
 
     `figures` are quantities a user should see, by name with unit. `step_factor`, in (0, 1), says that the node's own
-    solver did not converge and by what factor the step should shrink.
+    solver did not converge and by what factor the step should shrink. Where rows came or went since the last commit,
+    `start` holds written fields at the window's start on the rows of this reply: their change is measured from there.
     """
 
     fields: Mapping[str, Any]
     ledger: Sequence[Energy] = ()
     figures: Mapping[str, float] = field(default_factory=dict)
     step_factor: float | None = None
+    start: Mapping[str, Any] = field(default_factory=dict)
 
 
 class Node:

@@ -86,17 +86,17 @@ class Trials:
             done = type(trial.answer.done)()
             done.CopyFrom(trial.answer.done)
             for entry in done.changes:
-                entry.change = 0.0
+                entry.change, entry.other_rows = 0.0, False
             done.reused = True
             trial.version = version
             return Answer(trial.answer.fields, done)
         state, committed = self._committed
         state, reply = self.node.solve(state, Frozen(Values(frozen.start), Values(frozen.end)), window)
         fields = self._checked(reply)
-        previous = trial.answer.fields if trial else committed
         done = Report().done
-        measured = [name for name in sorted(fields) if fields[name].port.measure != "none"]
-        done.changes.extend(change(fields[name], previous[name], committed[name]) for name in measured)
+        for name in sorted(fields):
+            if fields[name].port.measure != "none":
+                done.changes.append(self._change(fields[name], trial, reply))
         done.converged = reply.step_factor is None
         done.step_factor = 1.0 if reply.step_factor is None else reply.step_factor
         done.ledger.extend(_ledger(reply))
@@ -126,6 +126,15 @@ class Trials:
         module = type(self.node).__module__
         self._committed, self._trial = (_Unpickler(io.BytesIO(state), module).load(), fields), None
 
+    def _change(self, new: Field, trial: _Trial | None, reply: Reply) -> Any:
+        """How far a field moved since the trial before, or in a first one since the window's start."""
+        name, committed = new.port.field, self._committed[1][new.port.field]
+        start = Field.new(new.port, reply.start[name]) if name in reply.start else committed
+        sums = change(new, trial.answer.fields[name] if trial else start, start)
+        # At the window's start the rows may be those of this reply already; what others read was committed.
+        sums.other_rows = not new.stands_as(trial.answer.fields[name] if trial else committed)
+        return sums
+
     def _unchanged(self, trial: _Trial, frozen: FrozenFields) -> bool:
         for name, new in frozen.end.items():
             old = trial.frozen.end[name]
@@ -133,6 +142,9 @@ class Trials:
                 continue
             measure, below = self._measures.get(name, ("none", 0.0))
             if below <= 0.0 or not new.stands_as(old):
+                return False
+            # From other rows there is no increment to compare with.
+            if measure == "increment" and not new.stands_as(frozen.start[name]):
                 return False
             if relative(change(new, old, frozen.start[name]), measure) >= below:
                 return False

@@ -77,9 +77,15 @@ class Changes(unittest.TestCase):
         self.assertEqual(relative(change(one, one, one), "increment"), 0.0)
         self.assertEqual(relative(change(one, two, one), "increment"), np.inf)
 
-    def test_a_field_that_lost_rows_counts_as_changed_whole(self):
-        new, old = self.field("magnitude", [3.0]), self.field("magnitude", [3.0, 4.0])
-        self.assertEqual(relative(change(new, old, old), "magnitude"), 1.0)
+    def test_from_other_rows_all_has_changed_and_from_the_own_ones_only_what_moved(self):
+        for measure in ("magnitude", "increment"):
+            port = Port("w", "m", "p", measure=measure)
+            committed = Field.new(port, [3.0, 4.0])
+            # One fewer; and one gone for one that came.
+            for values in ([3.0], [3.0, 5.0]):
+                first = Field.new(port, Revised(np.array(values), 1))
+                self.assertEqual(relative(change(first, committed, committed), measure), 1.0)
+                self.assertEqual(relative(change(first, first, committed), measure), 0.0)
 
     def test_eight_lanes_are_summed_as_the_rust_nodes_sum(self):
         # Of 1e16 and thirteen ones, each one that meets the large value is lost; which do is a matter of the order.

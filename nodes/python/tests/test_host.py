@@ -8,12 +8,41 @@ import unittest
 import numpy as np
 from doubles import RUN, Run, V, Warming, temperatures
 
-from stagger import Port, Reply
+from stagger import Node, Port, Reply, Revised, Window
 from stagger.host import Event
 from stagger.messages import INITIAL, FieldMessage, Manifest, Report, Snapshot
-from stagger.trial import Refused
+from stagger.trial import FrozenFields, Refused, Trials
 
 FIRST, SECOND = V(1, 1, 1), V(2, 1, 1)
+
+
+class Losing(Node):
+    """Loses its first row at the start of the first window; then all values double."""
+
+    writes = [Port("w", "m", "p", measure="increment")]
+    tells = True
+
+    def initial(self):
+        return np.array([1.0, 2.0, 3.0]), Reply({"w": np.array([1.0, 2.0, 3.0])})
+
+    def solve(self, state, frozen, window):
+        left = state[1:]
+        start = {"w": Revised(left, 1)} if self.tells else {}
+        return 2 * left, Reply({"w": Revised(2 * left, 1)}, start=start)
+
+
+class Rows(unittest.TestCase):
+    def test_rows_that_went_are_told_and_the_change_is_that_of_the_rest(self):
+        # From where they stood, 2 and 3, or where that is not told from nothing.
+        for tells, moved in ((True, 5.0), (False, 10.0)):
+            node = Losing()
+            node.tells = tells
+            trials = Trials("losing", node)
+            trials.initial()
+            for iteration, (change, other_rows) in enumerate([(moved, True), (0.0, False)], start=1):
+                answer = trials.solve(V(1, 1, iteration), Window(0.0, 1.0), FrozenFields())
+                (sums,) = answer.done.changes
+                self.assertEqual((sums.change, sums.increment, sums.other_rows), (change, moved, other_rows))
 
 
 class Handshake(unittest.TestCase):

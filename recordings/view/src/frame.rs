@@ -89,9 +89,14 @@ pub struct Beam {
 }
 
 /// The values that colour the particles: their temperature, or their speed where no physics computes a temperature.
+///
+/// A temperature from before particles came or went, which a slower node may have left, belongs to others: it colours
+/// none.
 pub fn values(fields: &Fields) -> Option<(Quantity, Vec<f64>)> {
     if let Some(temperature) = f64s(fields, "temperature").filter(|_| stands_on(fields, "temperature", "particles")) {
-        return Some((Quantity { name: "temperature", unit: "K" }, temperature.to_vec()));
+        let kelvin = Quantity { name: "temperature", unit: "K" };
+        let of_others = fields.get("positions").is_some_and(|field| field.support != fields["temperature"].support);
+        return Some((kelvin, if of_others { Vec::new() } else { temperature.to_vec() }));
     }
     let (velocities, _) = f64s(fields, "velocities")?.as_chunks::<3>();
     let speed = |[x, y, z]: &[f64; 3]| x.hypot(*y).hypot(*z);
@@ -241,6 +246,28 @@ mod tests {
         let view = overview.view.concat();
         let expected = [-20.0, -20.0, 80.0, 220.0, 20.0, 180.0];
         assert!(view.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-9), "{view:?}");
+    }
+
+    #[test]
+    fn a_temperature_of_other_particles_colours_none() {
+        let mut fields = step().fields;
+        let port = Arc::clone(&fields["temperature"].port);
+        // As many, but one has gone and another come.
+        fields.insert("temperature".into(), Field::new(&port, 1, vec![300.0, 400.0]).unwrap());
+        let range = Range { min: 300.0, max: 400.0 };
+        let overview = Overview::new(&step(), range, None).unwrap();
+        let frame = overview.frame(&fields, false);
+        assert_eq!((frame.centres.len(), frame.radii.len(), frame.colours.len()), (2, 2, 0));
+        // None left: nothing is drawn, and nothing fails.
+        let none = fields.into_values().map(|field| {
+            let support = stagger_messages::Support { count: 0, revision: 2, ..field.support.clone() };
+            let values = Values::from_bytes(field.port.kind(), Vec::new().into());
+            (field.name().to_owned(), Field::with_support(field.port, support, values).unwrap())
+        });
+        let none: Fields = none.collect();
+        assert!(bounds_m(&none).is_none());
+        let frame = overview.frame(&none, true);
+        assert!(frame.centres.is_empty() && frame.colours.is_empty() && frame.contacts.is_empty());
     }
 
     #[test]

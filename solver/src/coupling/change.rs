@@ -6,26 +6,32 @@ const LANES: usize = 8;
 /// Sums over rows that the relative change of a field is made of (Zohdi 2018, eq. 6.48); only those its measure asks
 /// for, the others stay 0.
 ///
-/// `previous` is the iterate K−1, `committed` the value at the window's start (L). Sums run in a fixed order, so that
-/// they are the same bits everywhere. Where the number of rows changed, every row counts as changed.
+/// `previous` is the iterate K−1, `start` the value at the window's start (L). Sums run in a fixed order, so that they
+/// are the same bits everywhere. From a value on other rows (another support) there is no distance, and the value
+/// itself counts: from an iterate on other rows all of a field has changed. Rows that came or went since the last
+/// commit are not in the way where `start` stands on the field's own rows ([`Reply::start`](super::Reply::start)).
 ///
 /// # Errors
 /// A field holds no floats.
-pub fn change(field: &Field, previous: &Field, committed: &Field) -> Result<Change, MessageError> {
-    let (new, old, start) = (field.f64()?, previous.f64()?, committed.f64()?);
+pub fn change(field: &Field, previous: &Field, start: &Field) -> Result<Change, MessageError> {
+    let (new, old, start) = (field.f64()?, on_rows_of(field, previous)?, on_rows_of(field, start)?);
     let components = field.components();
     let mut sums = Change { field: field.name().into(), rows: field.rows() as u64, ..Change::default() };
-    let comparable = new.len() == old.len() && new.len() == start.len();
-    let nothing = vec![0.0; if comparable { 0 } else { new.len() }];
-    let (old, start) = if comparable { (old, start) } else { (&nothing[..], &nothing[..]) };
-    let (change, worst) = distance(new, Some(old), components);
+    let (change, worst) = distance(new, old, components);
     (sums.change, sums.worst_row) = (change, worst as u64);
     match field.port.measure() {
-        Measure::Increment => sums.increment = distance(new, Some(start), components).0,
+        Measure::Increment => sums.increment = distance(new, start, components).0,
         Measure::Magnitude => sums.magnitude = distance(new, None, components).0,
         Measure::None => {}
     }
     Ok(sums)
+}
+
+/// The values of `other`, where it stands on the rows of `field`.
+fn on_rows_of<'o>(field: &Field, other: &'o Field) -> Result<Option<&'o [f64]>, MessageError> {
+    let values = other.f64()?;
+    let alike = other.support == field.support && other.components() == field.components();
+    Ok(alike.then_some(values))
 }
 
 /// Sum over rows of the norm of `a` − `b` (of `a` where there is no `b`), and the row where it is largest.
@@ -161,9 +167,24 @@ mod tests {
     }
 
     #[test]
-    fn a_field_that_lost_rows_counts_as_changed_whole() {
-        let field = |values: &[f64]| field(1, Measure::Magnitude, values);
-        let sums = change(&field(&[3.0]), &field(&[3.0, 4.0]), &field(&[3.0, 4.0])).unwrap();
-        assert_eq!(relative(&sums, Measure::Magnitude), 1.0);
+    fn from_other_rows_all_has_changed_and_from_the_own_ones_only_what_moved() {
+        let of = |revision, measure, values: &[f64]| {
+            let port = Arc::new(Port::f64("w", "m", "particles", 1, measure));
+            Field::new(&port, revision, values.to_vec()).unwrap()
+        };
+        for measure in [Measure::Magnitude, Measure::Increment] {
+            let committed = of(0, measure, &[3.0, 4.0]);
+            // One fewer; and one gone for one that came.
+            for first in [of(1, measure, &[3.0]), of(1, measure, &[3.0, 5.0])] {
+                let sums = change(&first, &committed, &committed).unwrap();
+                assert_eq!(relative(&sums, measure), 1.0);
+                let second = change(&first, &first, &committed).unwrap();
+                assert_eq!(relative(&second, measure), 0.0);
+            }
+        }
+        // Against its own start a field is measured as in any window: (0 + 2)/(1 + 1).
+        let increment = |values: &[f64]| of(1, Measure::Increment, values);
+        let sums = change(&increment(&[4.0, 5.0]), &increment(&[4.0, 7.0]), &increment(&[3.0, 6.0])).unwrap();
+        assert_eq!(relative(&sums, Measure::Increment), 1.0);
     }
 }

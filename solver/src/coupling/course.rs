@@ -1,11 +1,11 @@
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 use stagger_messages::{Decision, Field, Iterate, Plan, Verdict, Version};
 
 use super::{
     Accelerator, Clocks, Ensemble, Iterates, Measured, Outcome, Progress, Rates, Settings, StepControl, System, Task,
-    Turn, change, systems,
+    Turn, change, readers, systems,
 };
 use crate::SolveError;
 
@@ -15,6 +15,8 @@ pub struct Course {
     /// Accept, iterate, reject.
     pub control: StepControl,
     rates: Rates,
+    /// Fields that a node which is iterated reads from the iteration before, by their writer and name.
+    read_late: BTreeSet<(String, String)>,
     systems: Vec<(System, Accelerator)>,
     /// x: what the readers of each accelerated field freeze in the iteration under way.
     frozen: BTreeMap<String, Field>,
@@ -41,6 +43,7 @@ impl Course {
         Self {
             control: StepControl::new(settings, measured, duration_s),
             rates: Rates::new(plan, settings),
+            read_late: read_late(plan),
             systems: systems.into_iter().map(|system| (system.clone(), Accelerator::new(system.method))).collect(),
             frozen: BTreeMap::new(),
             answered: BTreeMap::new(),
@@ -108,7 +111,7 @@ impl Course {
         Ok(())
     }
 
-    /// Measures accelerated fields by their residual x̃ − x: what their writers say, the distance between two answers, is
+    /// Forgets of fields that nobody reads from the iteration before that their rows changed. Measures accelerated fields by their residual x̃ − x: what their writers say, the distance between two answers, is
     /// no measure of convergence where the iterates between them were changed.
     pub(super) fn residuals<E: Ensemble>(
         &mut self,
@@ -117,6 +120,11 @@ impl Course {
         outcomes: &mut [Outcome],
     ) -> Result<(), E::Error> {
         self.answered.clear();
+        for Outcome { node, result } in outcomes.iter_mut() {
+            for sums in result.iter_mut().flat_map(|done| &mut done.changes) {
+                sums.other_rows &= self.read_late.contains(&(node.clone(), sums.field.clone()));
+            }
+        }
         for source in self.systems.iter().flat_map(|(system, _)| &system.fields) {
             let outcome = outcomes.iter_mut().find(|outcome| outcome.node == source.writer);
             let Some(Ok(done)) = outcome.map(|outcome| &mut outcome.result) else { continue };
@@ -126,7 +134,11 @@ impl Course {
                 self.committed.get(&source.field),
                 done.changes.iter_mut().find(|sums| sums.field == source.field),
             ) {
-                *sums = change(&answered, frozen, committed).map_err(SolveError::from)?;
+                // From an iterate on other rows there is no residual; the writer has measured what it can.
+                if frozen.support == answered.support {
+                    let residual = change(&answered, frozen, committed).map_err(SolveError::from)?;
+                    (sums.change, sums.worst_row) = (residual.change, residual.worst_row);
+                }
             }
             self.answered.insert(source.field.clone(), answered);
         }
@@ -141,6 +153,11 @@ impl Course {
         version: Version,
         last: bool,
     ) -> Result<(), E::Error> {
+        for (system, accelerator) in &mut self.systems {
+            if rows_changed(system, &self.frozen, &self.answered) {
+                accelerator.forget();
+            }
+        }
         match decision.verdict() {
             Verdict::Iterate => {
                 let fields = self.accelerate()?;
@@ -186,6 +203,20 @@ impl Course {
         }
         Ok(next)
     }
+}
+
+/// What is read from the iteration before, but for the nodes that only read: they solve when the others have converged.
+fn read_late(plan: &Plan) -> BTreeSet<(String, String)> {
+    let readers = readers(plan);
+    let iterated = plan.nodes.iter().filter(|node| !readers.contains(&node.node));
+    let late = iterated.flat_map(|node| &node.sources).filter(|source| !source.same_iteration);
+    late.map(|source| (source.writer.clone(), source.field.clone())).collect()
+}
+
+/// Whether a field of the system was answered on other rows than it was frozen on: what was learnt speaks of others.
+fn rows_changed(system: &System, frozen: &BTreeMap<String, Field>, answered: &BTreeMap<String, Field>) -> bool {
+    let both = system.fields.iter().filter_map(|source| frozen.get(&source.field).zip(answered.get(&source.field)));
+    both.into_iter().any(|(frozen, answered)| frozen.support != answered.support)
 }
 
 /// The iterates of a system, where all its writers answered on the rows they were asked about.

@@ -2,7 +2,7 @@ use std::collections::BTreeMap;
 
 use stagger_messages::{Change, Done, Field, Fields, Measure, Port, Ports, Ready, Source, Version};
 
-use super::{Frozen, NotConverged, Physics, Window, change, relative};
+use super::{Frozen, NotConverged, Physics, Reply, Window, change, relative};
 use crate::SolveError;
 
 /// What a participant answers to a trial: its fields and the report that goes to the coordinator.
@@ -91,14 +91,20 @@ impl<P: Physics> Local<P> {
         Ok(())
     }
 
-    fn changes(&self, fields: &Fields, previous: &Fields, committed: &Fields) -> Result<Vec<Change>, SolveError> {
+    /// How far the measured fields moved since the iterate `previous`, or in a first one since the window's start.
+    fn changes(&self, reply: &Reply, previous: Option<&Fields>, committed: &Fields) -> Result<Vec<Change>, SolveError> {
         let measured = |port: &Port| port.measure() != Measure::None;
         let mut changes = Vec::new();
-        for field in fields.values().filter(|field| measured(&field.port)) {
-            let (Some(previous), Some(committed)) = (previous.get(field.name()), committed.get(field.name())) else {
+        for field in reply.fields.values().filter(|field| measured(&field.port)) {
+            let start = reply.start.get(field.name()).or_else(|| committed.get(field.name()));
+            let before = previous.map_or(start, |fields| fields.get(field.name()));
+            let (Some(before), Some(start)) = (before, start) else {
                 return Err(SolveError::Mismatch(format!("{}: `{}` had no value before", self.name, field.name())));
             };
-            changes.push(change(field, previous, committed)?);
+            // At the window's start the rows may be those of this reply already; what others read was committed.
+            let read = previous.unwrap_or(committed).get(field.name());
+            let other_rows = read.is_some_and(|read| read.support != field.support);
+            changes.push(Change { other_rows, ..change(field, before, start)? });
         }
         Ok(changes)
     }
@@ -114,6 +120,10 @@ impl<P: Physics> Local<P> {
             let (true, Some(start)) = (below > 0.0 && new.support == old.support, frozen.start.get(name)) else {
                 return Ok(false);
             };
+            // From other rows there is no increment to compare with.
+            if measure == Measure::Increment && start.support != new.support {
+                return Ok(false);
+            }
             if relative(&change(new, old, start)?, measure) >= below {
                 return Ok(false);
             }
@@ -158,7 +168,7 @@ impl<P: Physics> Participant for Local<P> {
         {
             let mut answer = trial.answer.clone();
             for change in &mut answer.done.changes {
-                change.change = 0.0;
+                (change.change, change.other_rows) = (0.0, false);
             }
             answer.done.reused = true;
             if let Some(trial) = &mut self.trial {
@@ -168,8 +178,7 @@ impl<P: Physics> Participant for Local<P> {
         }
         let (state, reply) = self.physics.solve(state, frozen, window)?;
         self.finite(&reply.fields)?;
-        let before = previous.map_or(committed, |trial| &trial.answer.fields);
-        let changes = self.changes(&reply.fields, before, committed)?;
+        let changes = self.changes(&reply, previous.map(|trial| &trial.answer.fields), committed)?;
         let done = Done {
             changes,
             converged: reply.not_converged.is_none(),

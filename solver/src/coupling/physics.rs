@@ -48,6 +48,10 @@ impl Frozen {
 pub struct Reply {
     /// The written fields at the window's end.
     pub fields: Fields,
+    /// Where rows came or went since the last commit: written fields at the window's *start*, on the rows they have in
+    /// this reply. Their change is measured from these instead of from what was committed, which has other rows; of a
+    /// field that is not here the values themselves then count as the change.
+    pub start: Fields,
     /// False where the physics' own solver did not converge: the coordinator tries a smaller step.
     pub not_converged: Option<NotConverged>,
     /// Energy held at the window's end, gained and lost during the window, in J.

@@ -17,7 +17,15 @@ fn control(iterations: u32, measure: Measure) -> StepControl {
 }
 
 fn outcome(error: f64) -> Vec<Outcome> {
-    let sums = Change { field: "w".into(), change: error, increment: 1.0, magnitude: 1.0, worst_row: 7, rows: 8 };
+    let sums = Change {
+        field: "w".into(),
+        change: error,
+        increment: 1.0,
+        magnitude: 1.0,
+        worst_row: 7,
+        rows: 8,
+        other_rows: false,
+    };
     vec![Outcome { node: "a".into(), result: Ok(Done { changes: vec![sums], converged: true, ..Done::default() }) }]
 }
 
@@ -94,4 +102,19 @@ fn a_failure_that_no_step_mends_stops_the_run() {
     let outcomes = [Outcome { node: "thermal".into(), result: Err(failure) }];
     let error = control(5, Measure::Magnitude).judge(&outcomes).unwrap_err();
     assert_eq!(error.to_string(), "node `thermal` failed: pair 3 out of range");
+}
+
+#[test]
+fn a_window_waits_for_those_who_have_not_seen_its_rows_but_not_past_its_last_iteration() {
+    let mut control = control(5, Measure::Magnitude);
+    let answer = |other_rows| {
+        let mut outcome = outcome(0.0);
+        outcome[0].result.as_mut().unwrap().changes[0].other_rows = other_rows;
+        outcome
+    };
+    assert_eq!(control.judge(&answer(true)).unwrap().verdict(), Verdict::Iterate);
+    assert_eq!(control.judge(&answer(false)).unwrap().verdict(), Verdict::Accept);
+    let verdicts = [0; 5].map(|_| control.judge(&answer(true)).unwrap().verdict());
+    let waits = Verdict::Iterate;
+    assert_eq!(verdicts, [waits, waits, waits, waits, Verdict::Accept]);
 }

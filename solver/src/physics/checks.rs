@@ -27,9 +27,10 @@ pub(crate) fn values<'a>(
     Ok(values)
 }
 
-/// The radii of `count` particles, in m; all positive.
-pub(crate) fn radii<'a>(node: &str, fields: &'a Fields, count: usize) -> Result<&'a [f64], SolveError> {
-    let radii = values(node, fields, "radii", count, "the scene")?;
+/// The radii of the particles, in m; all positive.
+pub(crate) fn radii<'a>(node: &str, fields: &'a Fields) -> Result<&'a [f64], SolveError> {
+    let radii = field(fields, "radii")?.f64()?;
+    finite(node, "radii", 1, radii)?;
     if let Some(row) = radii.iter().position(|&radius| radius <= 0.0) {
         let found = radii[row];
         return Err(SolveError::Mismatch(format!(

@@ -3,6 +3,7 @@
 mod checks;
 pub mod optics;
 pub mod particles;
+mod rows;
 pub mod thermal;
 pub mod walls;
 

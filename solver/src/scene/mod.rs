@@ -17,6 +17,7 @@ mod nodes;
 mod optics;
 mod particle_file;
 mod particles;
+mod pour;
 mod problems;
 mod reader;
 mod recovery;

@@ -7,13 +7,14 @@ use super::{
     groups::{self, COUNT, GROUPS, MATERIAL, RADIUS, Used},
     key::{Key, Kind, Range, Section},
     materials::{self, Material},
+    pour,
     reader::Table,
     start::{START, Starting},
     units::{ACCELERATION, NUMBER, TEMPERATURE, TIME},
 };
 use crate::physics::{
     Wall,
-    particles::{Group, Integrator, Settings, Start},
+    particles::{Group, Integrator, Radius, Settings, Start},
 };
 
 static TEMPERATURE_KEY: Key = Key::new(
@@ -40,6 +41,9 @@ static SKIN: Key = Key::new(
 )
 .or("0.3");
 
+static POUR: Key = Key::new("pour", Kind::Named(&pour::POUR), "Dispensers, by name.").or_from("none");
+static DOMAIN: Key = Key::new("domain", Kind::Table(&pour::DOMAIN), "Where particles are kept.").or_from("everywhere");
+
 pub(super) static SECTION: Section = Section {
     path: "particles",
     doc: "The particles and their motion.",
@@ -65,6 +69,8 @@ pub(super) static SECTION: Section = Section {
         &SPIN,
         &INTEGRATOR,
         &SKIN,
+        &POUR,
+        &DOMAIN,
     ],
 };
 
@@ -115,6 +121,8 @@ pub(super) struct Bodies<'d> {
     /// Material of `[particles]` itself.
     pub material: (String, Material),
     pub temperature_k: f64,
+    /// Whether particles may come and go during the run.
+    pub come_and_go: bool,
 }
 
 /// A property of the particles' material, reported where it is missing.
@@ -134,7 +142,17 @@ impl<'d> Bodies<'d> {
         let Some(table) = table else {
             let material = ("316L".to_owned(), materials.get("316L").copied().unwrap_or_default());
             let (groups, radius_m, temperature_k) = (Vec::new(), 25e-6, 300.0);
-            return Self { table: None, groups, used, start: None, count: 0, radius_m, material, temperature_k };
+            return Self {
+                table: None,
+                groups,
+                used,
+                start: None,
+                count: 0,
+                radius_m,
+                material,
+                temperature_k,
+                come_and_go: false,
+            };
         };
         let material = materials::choose(&table, &MATERIAL, materials);
         used.index(material.0.clone(), material.1);
@@ -157,7 +175,8 @@ impl<'d> Bodies<'d> {
                 starting.and_then(|starting| starting.place(largest_m, walls))
             }
         };
-        Self { table: Some(table), groups, used, start, count, radius_m, material, temperature_k }
+        let come_and_go = table.is_given(&POUR) || table.is_given(&DOMAIN);
+        Self { table: Some(table), groups, used, start, count, radius_m, material, temperature_k, come_and_go }
     }
 
     /// A property of the one material that another physics takes for all particles, reported where it is missing.
@@ -174,7 +193,7 @@ impl<'d> Bodies<'d> {
 
     /// Reads how the particles move.
     pub fn settings(self, walls: &[Wall], seed: u64, thermal_runs: bool) -> Option<Settings> {
-        let Self { table, groups, used, start, material, temperature_k, .. } = self;
+        let Self { table, groups, used, start, material, temperature_k, radius_m, .. } = self;
         let table = table?;
         let materials = used.settings(|used| property(&table, used, "density", used.1.density_kg_m3));
         // Everything is read before anything is given up, so that every mistake is found.
@@ -190,6 +209,13 @@ impl<'d> Bodies<'d> {
             table.reject_with(&bonds::BONDS, "bonds need particles that spin", Some("add spin = true".into()));
         }
         let integrator = integrator(&table);
+        let spread_m = match groups.first().map(|group| group.radius) {
+            Some(Radius::Uniform { spread_m, .. }) => spread_m,
+            _ => 0.0,
+        };
+        let density_kg_m3 = materials.first().map_or(f64::NAN, |material| material.density_kg_m3);
+        let usual = pour::Usual { radius_m, spread_m, density_kg_m3, seed };
+        let (pours, domain) = (pour::pours(&table, &POUR, &usual), pour::domain(&table, &DOMAIN));
         table.finish();
         let contact = contact?;
         Some(Settings {
@@ -211,6 +237,8 @@ impl<'d> Bodies<'d> {
             spin,
             integrator: integrator?,
             skin,
+            pours,
+            domain,
         })
     }
 }

@@ -464,6 +464,7 @@ fn reference_path(path: &str) -> String {
         ["particles", _, "region", rest @ ..] => format!("particles.FIELD.region.{}", rest.join(".")),
         ["coupling", "fields", _, "acceleration", rest @ ..] => format!("coupling.acceleration.{}", rest.join(".")),
         ["coupling", "fields", _, rest @ ..] => format!("coupling.fields.NAME.{}", rest.join(".")),
+        ["particles", "pour", _, rest @ ..] => format!("particles.pour.NAME.{}", rest.join(".")),
         ["coupling", "every", ..] => "coupling.every".into(),
         [named @ ("walls" | "materials" | "nodes"), _, rest @ ..] => {
             std::iter::once(*named).chain(["NAME"]).chain(rest.iter().copied()).collect::<Vec<_>>().join(".")
@@ -477,8 +478,11 @@ fn reference_path(path: &str) -> String {
 
 #[test]
 fn every_key_of_the_reference_is_read_and_every_value_read_is_in_it() {
+    let pour = "{ a = { disc = { centre = [0, 0, 1], radius = 1 }, mass-rate = 1, from = 1, until = 2, limit = 1, seed = 1 }, \
+                b = { box = { lower = [0, 0, 0], upper = [1, 1, 1] }, rate = 1, radius = \"1 um\" } }";
     let others: &[&[(&str, &str)]] = &[
         &[],
+        &[("particles.pour", pour), ("particles.domain", "{ lower = [0, 0, 0], upper = [1, 1, 1] }")],
         &[
             ("particles.electromagnetic.charge", "\"1 C/kg\""),
             (

@@ -59,6 +59,8 @@ pub(super) fn read(table: Table<'_>, bodies: &Bodies<'_>, walls: &[Wall], reads_
         walls: walls.to_vec(),
         phi: table.number(&PHI),
         reads_absorbed_power,
+        reads_ids: bodies.come_and_go,
+        pour_temperature_k: None,
         tolerance: table.number(&TOLERANCE),
         iterations: table.whole_u32(&ITERATIONS),
     };

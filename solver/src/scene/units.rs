@@ -73,6 +73,10 @@ pub const CONDUCTIVITY: Quantity = quantity("conductivity", "W/(m K)", "15 W/(m 
 pub const VISCOSITY: Quantity = quantity("viscosity", "Pa s", "1.8e-5 Pa s", [-1, 1, -1, 0]);
 /// A reciprocal length: absorption of light, decay of a profile.
 pub const PER_LENGTH: Quantity = quantity("reciprocal length", "1/m", "1e4 1/m", [-1, 0, 0, 0]);
+/// Events per time.
+pub const RATE: Quantity = quantity("rate", "1/s", "1e5 1/s", [0, 0, -1, 0]);
+/// A mass per time.
+pub const MASS_FLOW: Quantity = quantity("mass flow", "kg/s", "2 g/s", [0, 1, -1, 0]);
 /// A damping per contact area.
 pub const AREA_DAMPING: Quantity = quantity("damping per area", "N s/m^3", "1e5 N s/m^3", [-2, 1, -1, 0]);
 /// A stiffness against sliding per contact area.

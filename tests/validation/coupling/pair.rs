@@ -53,6 +53,8 @@ fn members(integrator: Integrator, phi: f64) -> BTreeMap<String, Box<dyn Partici
         spin: false,
         integrator,
         skin: 0.3,
+        pours: Vec::new(),
+        domain: None,
     };
     let heat = Heat {
         count: 2,
@@ -63,7 +65,9 @@ fn members(integrator: Integrator, phi: f64) -> BTreeMap<String, Box<dyn Partici
         conductance: Conductance::Monograph,
         walls,
         phi,
+        pour_temperature_k: None,
         reads_absorbed_power: false,
+        reads_ids: false,
         tolerance: 1e-15,
         iterations: 1000,
     };

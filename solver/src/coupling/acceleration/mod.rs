@@ -1,7 +1,7 @@
 //! Acceleration of the staggered iteration x̃ = H(x): the next frozen iterate from those before it.
 //!
 //! A system is one or more fields accelerated together. Each method is a file; all of them see a pair of iterates (x, x̃)
-//! and its residual r = x̃ − x, and keep what accepted steps taught until a field of the system changes its length.
+//! and its residual r = x̃ − x, and keep what accepted steps taught until rows of a field of the system come or go.
 
 mod aitken;
 mod constant;
@@ -96,6 +96,11 @@ impl Accelerator {
             Rule::Aitken(rule) => rule.rejected(),
             Rule::IqnIls(rule) => rule.rejected(),
         }
+    }
+
+    /// Rows came or went: what was learnt so far speaks of others, even where there are as many as before.
+    pub fn forget(&mut self) {
+        *self = Self::new(self.method);
     }
 
     /// Whether the iterates of each field can be subtracted; forgets everything where lengths changed.

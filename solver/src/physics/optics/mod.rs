@@ -18,7 +18,7 @@ use stagger_messages::{Energy, Field, Fields, Measure, Port, Ports};
 use crate::{
     SolveError,
     coupling::{Frozen, Physics, Reply, Window},
-    physics::checks::{energy_j, positive, radii, setting, values},
+    physics::checks::{energy_j, field, positive, radii, setting, values},
 };
 
 const NODE: &str = "optics";
@@ -28,12 +28,14 @@ const NODE: &str = "optics";
 /// `absorbed_power` is the mean over the window: P̄ ½ (f(t) + f(t+Δt)). P̄ is the exact mean of the beam's power, and f
 /// the share a particle takes with the geometry and the spot at the window's start and end; second order in Δt. The
 /// share at a window's end is kept as the next one's start, so a window costs one evaluation of the geometry, and none
-/// while the beam is off.
+/// while the beam is off. Where particles came or went at the window's start, its geometry is that of others, and f is
+/// the share at the end throughout.
 ///
 /// The ledger's `passed` is `laser` − `absorbed`: what reaches the substrate. [`Model::BeerLambertMonograph`] may absorb
 /// more than the beam carries, and then `passed` is negative; the figure `absorbed over laser` shows it. Hence
 /// [`Model::BeerLambert`] is the form to prefer.
 pub struct Optics {
+    /// Number of particles at t = 0.
     count: usize,
     beam: Beam,
     frame: Frame,
@@ -55,10 +57,19 @@ struct Written {
     beam_power: Arc<Port>,
 }
 
-/// Share of the beam's power that each particle takes at the end of the last window, where the beam was on in it.
+/// What the next window starts with.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct State {
-    shares: Option<Arc<Vec<f64>>>,
+    /// Share of the beam's power that each particle takes at the end of the last window, where the beam was on in it.
+    shares: Option<Shares>,
+}
+
+/// Share of the beam's power that each particle takes at one instant.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct Shares {
+    /// Revision of the particles they belong to.
+    revision: u64,
+    values: Arc<Vec<f64>>,
 }
 
 impl Optics {
@@ -93,11 +104,11 @@ impl Optics {
     }
 
     /// Share of the beam's power that each particle takes at one instant.
-    fn shares(&self, fields: &Fields, t_s: f64) -> Result<Arc<Vec<f64>>, SolveError> {
-        let radii_m = radii(NODE, fields, self.count)?;
-        let positions_m = values(NODE, fields, "positions", self.count, "the scene")?;
+    fn shares(&self, fields: &Fields, t_s: f64) -> Result<Shares, SolveError> {
+        let radii_m = radii(NODE, fields)?;
+        let positions_m = values(NODE, fields, "positions", radii_m.len(), "`radii`")?;
         let centres_m = || self.frame.centres_m(positions_m, self.beam.spot_m(t_s));
-        Ok(Arc::new(match self.absorption {
+        let values = Arc::new(match self.absorption {
             Absorption::EnergyBalance => energy_balance::shares(radii_m),
             Absorption::BeerLambert { absorption_1_m, ref lines } => {
                 lines.absorbed(absorption_1_m, &centres_m(), radii_m)
@@ -105,13 +116,15 @@ impl Optics {
             Absorption::BeerLambertMonograph { absorption_1_m } => {
                 beer_lambert_monograph::absorbed(&self.beam.profile, absorption_1_m, &centres_m(), radii_m)
             }
-        }))
+        });
+        Ok(Shares { revision: field(fields, "radii")?.support.revision, values })
     }
 
-    fn fields(&self, absorbed_w: Vec<f64>, mean_power_w: f64, t_s: f64) -> Result<Fields, SolveError> {
+    /// `absorbed_w` belongs to the particles of `revision`.
+    fn fields(&self, absorbed_w: Vec<f64>, revision: u64, mean_power_w: f64, t_s: f64) -> Result<Fields, SolveError> {
         let spot_m = self.beam.spot_m(t_s).as_slice().to_vec();
         let written = [
-            Field::new(&self.written.absorbed_power, 0, absorbed_w)?,
+            Field::new(&self.written.absorbed_power, revision, absorbed_w)?,
             Field::new(&self.written.beam_spot, 0, spot_m)?,
             Field::new(&self.written.beam_radius, 0, vec![self.beam.profile.radius_m()])?,
             Field::new(&self.written.beam_power, 0, vec![mean_power_w])?,
@@ -135,24 +148,29 @@ impl Physics for Optics {
     }
 
     fn initial(&self) -> Result<(State, Reply), SolveError> {
-        let fields = self.fields(vec![0.0; self.count], 0.0, 0.0)?;
+        let fields = self.fields(vec![0.0; self.count], 0, 0.0, 0.0)?;
         Ok((State::default(), Reply { fields, ..Reply::default() }))
     }
 
     fn solve(&self, state: &State, frozen: &Frozen, window: Window) -> Result<(State, Reply), SolveError> {
         let end_s = window.t_s + window.dt_s;
         let mean_power_w = self.beam.mean_power_w(window);
+        let particles = &field(&frozen.end, "radii")?.support;
         let (absorbed_w, state) = if mean_power_w > 0.0 {
-            let start = match &state.shares {
-                Some(shares) => Arc::clone(shares),
-                None => self.shares(&frozen.start, window.t_s)?,
-            };
             let end = self.shares(&frozen.end, end_s)?;
-            let mean_w =
-                start.iter().zip(end.iter()).map(|(at_start, at_end)| mean_power_w * 0.5 * (at_start + at_end));
+            let kept = state.shares.clone().filter(|shares| shares.revision == particles.revision);
+            let start = match kept {
+                Some(shares) => shares,
+                None if field(&frozen.start, "radii")?.support == *particles => {
+                    self.shares(&frozen.start, window.t_s)?
+                }
+                None => end.clone(),
+            };
+            let both = start.values.iter().zip(end.values.iter());
+            let mean_w = both.map(|(at_start, at_end)| mean_power_w * 0.5 * (at_start + at_end));
             (mean_w.collect(), State { shares: Some(end) })
         } else {
-            (vec![0.0; self.count], State::default())
+            (vec![0.0; field(&frozen.end, "radii")?.rows()], State::default())
         };
 
         let laser_j = mean_power_w * window.dt_s;
@@ -167,7 +185,7 @@ impl Physics for Optics {
         if let Absorption::BeerLambert { lines, .. } = &self.absorption {
             figures.insert("lines".to_owned(), lines.count as f64);
         }
-        let fields = self.fields(absorbed_w, mean_power_w, end_s)?;
+        let fields = self.fields(absorbed_w, particles.revision, mean_power_w, end_s)?;
         Ok((state, Reply { fields, ledger, figures, ..Reply::default() }))
     }
 }

@@ -3,7 +3,7 @@ use serde::Serialize;
 /// Everything the absorption of the laser depends on. SI units.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Settings {
-    /// Number of particles.
+    /// Number of particles at t = 0.
     pub count: usize,
     /// How absorption is computed.
     pub model: Model,

@@ -6,6 +6,7 @@ mod bodies;
 pub mod bonds;
 mod contact;
 mod contact_list;
+mod domain;
 mod drag;
 pub mod fields;
 mod forces;
@@ -21,6 +22,7 @@ mod neighbours;
 mod overlap;
 mod pair_kernel;
 mod pair_table;
+mod pour;
 mod quadrature;
 mod rolling;
 mod settings;
@@ -42,6 +44,8 @@ use std::{f64::consts::PI, sync::Arc};
 
 use stagger_messages::{Field, Fields, Measure, Port, Ports};
 
+pub use domain::{Body, Domain, Moved};
+pub use pour::{Pour, PourRegion, Poured};
 pub use settings::*;
 pub use settings_bonds::*;
 pub use settings_fields::*;

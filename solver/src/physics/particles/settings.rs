@@ -1,5 +1,6 @@
 use serde::Serialize;
 
+use super::{Domain, Pour};
 use super::{settings_bonds::BondSettings, settings_fields::FieldForces};
 use crate::physics::Wall;
 
@@ -43,6 +44,10 @@ pub struct Settings {
     /// Skin of the Verlet list as a share of each particle's radius: a pair is listed while its gap is below this share
     /// of the pair's mean radius. Zero builds the list anew at every substep.
     pub skin: f64,
+    /// Dispensers, in the order of the scene.
+    pub pours: Vec<Pour>,
+    /// Particles whose centre leaves it are removed; `None` keeps all.
+    pub domain: Option<Domain>,
 }
 
 impl Settings {

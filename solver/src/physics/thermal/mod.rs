@@ -2,20 +2,22 @@
 
 mod conductance;
 mod network;
+mod particles;
 mod settings;
 mod trapezoidal;
 
-use std::{collections::BTreeMap, f64::consts::PI, sync::Arc};
+use std::{collections::BTreeMap, sync::Arc};
 
 use network::Network;
+use particles::{Carried, Particles};
 use serde::{Deserialize, Serialize};
 pub use settings::*;
-use stagger_messages::{Energy, Field, Measure, Port, Ports};
+use stagger_messages::{Energy, Field, Fields, Measure, Port, Ports};
 
 use crate::{
     SolveError,
     coupling::{Frozen, Physics, Reply, Window},
-    physics::checks::{energy_j, finite, positive, radii, setting, values},
+    physics::checks::{energy_j, finite, positive, setting},
 };
 
 const NODE: &str = "thermal";
@@ -32,7 +34,10 @@ const NODE: &str = "thermal";
 /// from about 0.1 on the temperature inside a particle varies noticeably.
 ///
 /// The ledger's `heat` counts from the start: Σ m_i C (θ_i − θ(0)), in J, so that it is 0 at t = 0, where masses are
-/// not known yet. Its change over a window is `absorbed` − `to_walls` to rounding. Radii do not change during a run.
+/// not known yet. Its change over a window is `absorbed` − `to_walls` + `poured` − `removed` to rounding; the last two are
+/// the heat of particles that come and go, where `ids` tell. These do so at the window's start: a new one begins with the
+/// temperature of what is poured, and contacts of one that is gone conduct nothing, at the start either. Radii do not
+/// change during a run.
 pub struct Thermal {
     settings: Settings,
     temperature: Arc<Port>,
@@ -42,6 +47,8 @@ pub struct Thermal {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct State {
     temperature: Field,
+    /// Whose they are; `None` until a window says it.
+    particles: Option<Particles>,
 }
 
 impl Thermal {
@@ -56,8 +63,10 @@ impl Thermal {
         positive(NODE, "tolerance", settings.tolerance)?;
         positive(NODE, "limit of iterations", settings.iterations.into())?;
         setting(NODE, "phi", settings.phi, (0.0..=1.0).contains(&settings.phi), "from 0 to 1")?;
-        let start = settings.temperature_k;
-        setting(NODE, "initial temperature", start, start.is_finite() && start >= 0.0, "at least 0 K")?;
+        let poured = settings.pour_temperature_k.unwrap_or(settings.temperature_k);
+        for (what, at) in [("initial temperature", settings.temperature_k), ("temperature of the poured", poured)] {
+            setting(NODE, what, at, at.is_finite() && at >= 0.0, "at least 0 K")?;
+        }
         for wall in &settings.walls {
             let at = wall.temperature_k.unwrap_or(0.0);
             let what = format!("temperature of wall `{}`", wall.name);
@@ -79,7 +88,7 @@ impl Thermal {
             )));
         }
         finite(NODE, "temperature", 1, &temperatures_k)?;
-        Ok(State { temperature: Field::new(&self.temperature, 0, temperatures_k)? })
+        Ok(State { temperature: Field::new(&self.temperature, 0, temperatures_k)?, particles: None })
     }
 
     fn reply(&self, state: &State, ledger: Vec<Energy>) -> Reply {
@@ -104,6 +113,9 @@ impl Physics for Thermal {
         if self.settings.reads_absorbed_power {
             reads.push(Port::f64("absorbed_power", "W", "particles", 1, Measure::None).as_sum());
         }
+        if self.settings.reads_ids {
+            reads.push(Port::u32("ids", "particles", 1));
+        }
         Ports { reads, writes: vec![(*self.temperature).clone()] }
     }
 
@@ -115,38 +127,56 @@ impl Physics for Thermal {
 
     fn solve(&self, state: &State, frozen: &Frozen, window: Window) -> Result<(State, Reply), SolveError> {
         let settings = &self.settings;
-        let radii_m = radii(NODE, &frozen.end, settings.count)?;
-        // m C, in J/K.
-        let capacities_j_k: Vec<f64> = radii_m
-            .iter()
-            .map(|r| settings.density_kg_m3 * 4.0 / 3.0 * PI * r.powi(3) * settings.heat_capacity_j_kg_k)
-            .collect();
-        let absorbed_w = settings
-            .reads_absorbed_power
-            .then(|| values(NODE, &frozen.end, "absorbed_power", settings.count, "the scene"))
-            .transpose()?;
-        let at_start = Network::new(settings, &frozen.start, radii_m)?;
-        let at_end = Network::new(settings, &frozen.end, radii_m)?;
+        let before = Particles::read(settings, &frozen.start)?;
+        let mut now = Particles::read(settings, &frozen.end)?;
+        let then = state.particles.as_ref().unwrap_or(&before);
+        if then.radii.rows() != state.temperature.rows() {
+            return Err(SolveError::Mismatch(format!(
+                "{NODE}: field `radii` has {} rows at the start, but the scene has {} particles",
+                then.radii.rows(),
+                state.temperature.rows()
+            )));
+        }
+        let absorbed_w =
+            settings.reads_absorbed_power.then(|| now.absorbed(&frozen.end, [&before, then])).transpose()?;
+        let absorbed_w = absorbed_w.as_deref();
+        let radii_m = now.radii.f64()?;
+        let capacities_j_k: Vec<f64> = radii_m.iter().map(|&radius_m| settings.capacity_j_k(radius_m)).collect();
+        let at_start = Network::new(settings, &frozen.start, radii_m, before.rows(&now)?.as_deref())?;
+        let at_end = Network::new(settings, &frozen.end, radii_m, None)?;
 
-        let start_k = state.temperature.f64()?;
+        let Carried { temperatures_k: start_k, poured_j, removed_j } =
+            then.carry(settings, state.temperature.f64()?, &now)?;
         let networks = [&at_start, &at_end];
-        let advanced = trapezoidal::advance(settings, &capacities_j_k, start_k, networks, absorbed_w, window.dt_s);
+        let advanced = trapezoidal::advance(settings, &capacities_j_k, &start_k, networks, absorbed_w, window.dt_s);
         finite(NODE, "temperature", 1, &advanced.temperatures_k)?;
 
         let above_start_k = advanced.temperatures_k.iter().map(|temperature| temperature - settings.temperature_k);
         let heat_j =
             capacities_j_k.iter().zip(above_start_k).fold(0.0, |sum, (capacity, above)| sum + capacity * above);
-        let ledger = vec![
+        let mut ledger = vec![
             Energy::stored("heat", heat_j),
             Energy::gained("absorbed", absorbed_w.map_or(0.0, |power_w| energy_j(power_w, window.dt_s))),
             Energy::lost("to_walls", advanced.to_walls_j),
         ];
-        let state = State { temperature: Field::new(&self.temperature, 0, advanced.temperatures_k)? };
+        if settings.reads_ids {
+            ledger.extend([Energy::gained("poured", poured_j), Energy::lost("removed", removed_j)]);
+        }
+        let on_rows = |temperatures_k: Vec<f64>| {
+            let rows = now.radii.support.clone();
+            Field::with_support(Arc::clone(&self.temperature), rows, temperatures_k.into())
+        };
+        let mut start = Fields::new();
+        if state.temperature.support != now.radii.support {
+            start.insert(self.temperature.field.clone(), on_rows(start_k)?);
+        }
+        let temperature = on_rows(advanced.temperatures_k)?;
+        let state = State { temperature, particles: Some(now) };
         let figures = BTreeMap::from([
             ("iterations".to_owned(), f64::from(advanced.sweeps)),
             ("largest Biot number".to_owned(), at_end.biot),
         ]);
-        let reply = Reply { not_converged: advanced.not_converged, figures, ..self.reply(&state, ledger) };
+        let reply = Reply { start, not_converged: advanced.not_converged, figures, ..self.reply(&state, ledger) };
         Ok((state, reply))
     }
 }

@@ -31,21 +31,34 @@ struct WallLink {
 }
 
 impl Network {
-    /// Reads the contacts in `fields` and checks that they fit each other and the scene.
-    pub(super) fn new(settings: &Settings, fields: &Fields, radii_m: &[f64]) -> Result<Self, SolveError> {
+    /// Reads the contacts in `fields` and checks that they fit each other and the scene; `radii_m` are those of the
+    /// particles that conduct. Where the contacts number others, `rows` says which of those each one is, and contacts
+    /// of a particle that is gone conduct nothing.
+    pub(super) fn new(
+        settings: &Settings,
+        fields: &Fields,
+        radii_m: &[f64],
+        rows: Option<&[Option<u32>]>,
+    ) -> Result<Self, SolveError> {
         let mut network =
             Self { pairs: Vec::new(), walls: Vec::new(), at_particle_w_k: vec![0.0; radii_m.len()], biot: 0.0 };
-        network.read_pairs(settings, fields, radii_m)?;
-        network.read_walls(settings, fields, radii_m)?;
+        let numbered = Numbered { rows, count: rows.map_or(radii_m.len(), <[_]>::len) };
+        network.read_pairs(settings, fields, radii_m, numbered)?;
+        network.read_walls(settings, fields, radii_m, numbered)?;
         Ok(network)
     }
 
-    fn read_pairs(&mut self, settings: &Settings, fields: &Fields, radii_m: &[f64]) -> Result<(), SolveError> {
+    fn read_pairs(
+        &mut self,
+        settings: &Settings,
+        fields: &Fields,
+        radii_m: &[f64],
+        numbered: Numbered<'_>,
+    ) -> Result<(), SolveError> {
         for (row, contact) in contacts(settings, fields, PAIRS)?.enumerate() {
             let Contact { indices: [i, j], conductance_w_k } = contact?;
-            in_range(PAIRS[0], row, "particle", i, radii_m.len())?;
-            in_range(PAIRS[0], row, "particle", j, radii_m.len())?;
-            if conductance_w_k > 0.0 {
+            let (i, j) = (numbered.particle(PAIRS[0], row, i)?, numbered.particle(PAIRS[0], row, j)?);
+            if let (Some(i), Some(j), true) = (i, j, conductance_w_k > 0.0) {
                 self.pairs.push(Pair { i, j, conductance_w_k });
                 self.at_particle_w_k[i] += conductance_w_k;
                 self.at_particle_w_k[j] += conductance_w_k;
@@ -55,12 +68,19 @@ impl Network {
         Ok(())
     }
 
-    fn read_walls(&mut self, settings: &Settings, fields: &Fields, radii_m: &[f64]) -> Result<(), SolveError> {
+    fn read_walls(
+        &mut self,
+        settings: &Settings,
+        fields: &Fields,
+        radii_m: &[f64],
+        numbered: Numbered<'_>,
+    ) -> Result<(), SolveError> {
         for (row, contact) in contacts(settings, fields, WALLS)?.enumerate() {
             let Contact { indices: [i, wall], conductance_w_k } = contact?;
-            in_range(WALLS[0], row, "particle", i, radii_m.len())?;
+            let i = numbered.particle(WALLS[0], row, i)?;
             in_range(WALLS[0], row, "wall", wall, settings.walls.len())?;
-            if let (Some(wall_temperature_k), true) = (settings.walls[wall].temperature_k, conductance_w_k > 0.0) {
+            let wall_temperature_k = settings.walls[wall].temperature_k;
+            if let (Some(i), Some(wall_temperature_k), true) = (i, wall_temperature_k, conductance_w_k > 0.0) {
                 self.walls.push(WallLink { i, wall_temperature_k, conductance_w_k });
                 self.at_particle_w_k[i] += conductance_w_k;
                 self.see(settings, conductance_w_k, radii_m[i]);
@@ -90,6 +110,21 @@ impl Network {
             to_walls_w -= flow_w;
         }
         to_walls_w
+    }
+}
+
+/// How a list of contacts numbers the particles.
+#[derive(Clone, Copy)]
+struct Numbered<'r> {
+    rows: Option<&'r [Option<u32>]>,
+    count: usize,
+}
+
+impl Numbered<'_> {
+    /// The row of the particle that the list calls `index`; `None` where it is gone.
+    fn particle(&self, name: &str, row: usize, index: usize) -> Result<Option<usize>, SolveError> {
+        in_range(name, row, "particle", index, self.count)?;
+        Ok(self.rows.map_or(Some(index), |rows| rows[index].map(|row| row as usize)))
     }
 }
 
@@ -134,6 +169,6 @@ fn in_range(name: &str, row: usize, what: &str, index: usize, count: usize) -> R
         return Ok(());
     }
     Err(SolveError::Mismatch(format!(
-        "{NODE}: field `{name}` names {what} {index} in row {row}, but the scene has {count}, counted from 0"
+        "{NODE}: field `{name}` names {what} {index} in row {row}, but there are {count}, counted from 0"
     )))
 }
