@@ -112,7 +112,7 @@ fn report(fields: &Fields) -> Result<(), Box<dyn Error + Send + Sync>> {
 fn bed(rows: &[[f64; 6]], walls: Vec<Wall>) -> Settings {
     Settings {
         groups: Vec::new(),
-        materials: vec![Material { name: "glass".into(), density_kg_m3: 2500.0 }],
+        materials: vec![Material { name: "glass".into(), density_kg_m3: 2500.0, stiffness: None, poisson: None }],
         start: Start::Given {
             positions_m: rows.iter().map(|row| [row[0], row[1], row[2]]).collect(),
             velocities_m_s: rows.iter().map(|row| [row[3], row[4], row[5]]).collect(),
@@ -137,6 +137,7 @@ fn bed(rows: &[[f64; 6]], walls: Vec<Wall>) -> Settings {
             dynamic_coefficient: 0.5,
         }),
         rolling: None,
+        pairs: Vec::new(),
         bond: None,
         bonds: None,
         fields: FieldForces::default(),

@@ -25,7 +25,7 @@ const VERLET: Integrator = Integrator::Verlet { substep_s: None };
 fn settings(law: ContactLaw, density_kg_m3: f64, particles: &[([f64; 3], [f64; 3], f64)]) -> Settings {
     Settings {
         groups: Vec::new(),
-        materials: vec![Material { name: "matter".into(), density_kg_m3 }],
+        materials: vec![Material { name: "matter".into(), density_kg_m3, stiffness: None, poisson: None }],
         start: Start::Given {
             positions_m: particles.iter().map(|particle| particle.0).collect(),
             velocities_m_s: particles.iter().map(|particle| particle.1).collect(),
@@ -45,6 +45,7 @@ fn settings(law: ContactLaw, density_kg_m3: f64, particles: &[([f64; 3], [f64; 3
         },
         friction: None,
         rolling: None,
+        pairs: Vec::new(),
         bond: None,
         bonds: None,
         drag: None,

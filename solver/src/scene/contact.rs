@@ -207,8 +207,12 @@ pub(super) static DRAG: Section = Section {
     keys: &[&DRAG_LAW, &VISCOSITY_KEY, &VELOCITY],
 };
 
-/// Reads `contact` of the particles' table.
-pub(super) fn contact(particles: &Table<'_>, key: &'static Key, material: &(String, Material)) -> Option<Contact> {
+/// Reads `contact` of the particles' table; says whether its elasticity is each material's own.
+pub(super) fn contact(
+    particles: &Table<'_>,
+    key: &'static Key,
+    material: &(String, Material),
+) -> Option<(Contact, bool)> {
     let table = particles.table(key)?;
     let chosen = table.choice(&LAW);
     let (law, stiffness_pa) = if chosen == "linear" {
@@ -241,8 +245,9 @@ pub(super) fn contact(particles: &Table<'_>, key: &'static Key, material: &(Stri
         }
         softening.finish();
     }
+    let of_material = chosen == "hertz" && !table.is_given(&YOUNG) && !table.is_given(&POISSON);
     table.finish();
-    Some(contact)
+    Some((contact, of_material))
 }
 
 /// Reads `friction` of the particles' table.

@@ -82,7 +82,12 @@ impl Used {
 
     /// The materials with what the particles' motion needs of them.
     pub fn settings(&self, density: impl Fn(&(String, Material)) -> f64) -> Vec<particles::Material> {
-        let settings = |used| particles::Material { name: used_name(used), density_kg_m3: density(used) };
+        let settings = |used: &(String, Material)| particles::Material {
+            name: used_name(used),
+            density_kg_m3: density(used),
+            stiffness: used.1.young_pa,
+            poisson: used.1.poisson,
+        };
         self.list.iter().map(settings).collect()
     }
 }

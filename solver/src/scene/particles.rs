@@ -7,7 +7,7 @@ use super::{
     groups::{self, COUNT, GROUPS, MATERIAL, RADIUS, Used},
     key::{Key, Kind, Range, Section},
     materials::{self, Material},
-    pour,
+    pairs, pour,
     reader::Table,
     start::{START, Starting},
     units::{ACCELERATION, NUMBER, TEMPERATURE, TIME},
@@ -25,6 +25,7 @@ static TEMPERATURE_KEY: Key = Key::new(
 .or("\"300 K\"");
 static CONTACT: Key = Key::new("contact", Kind::Table(&contact::CONTACT), "Normal contact.").or_from("overlap");
 static FRICTION: Key = Key::new("friction", Kind::Table(&contact::FRICTION), "Friction.").or_from("none");
+static PAIRS: Key = Key::new("pairs", Kind::Named(&pairs::PAIR), "Contacts of pairs of materials.").or_from("all alike");
 static ROLLING: Key =
     Key::new("rolling", Kind::Table(&contact::ROLLING), "Resistance to rolling and torsion.").or_from("none");
 static OVERLAP_BOND: Key =
@@ -59,6 +60,7 @@ pub(super) static SECTION: Section = Section {
         &CONTACT,
         &FRICTION,
         &ROLLING,
+        &PAIRS,
         &OVERLAP_BOND,
         &bonds::BONDS,
         &DRAG,
@@ -195,10 +197,21 @@ impl<'d> Bodies<'d> {
     pub fn settings(self, walls: &[Wall], seed: u64, thermal_runs: bool) -> Option<Settings> {
         let Self { table, groups, used, start, material, temperature_k, radius_m, .. } = self;
         let table = table?;
-        let materials = used.settings(|used| property(&table, used, "density", used.1.density_kg_m3));
+        let mut materials = used.settings(|used| property(&table, used, "density", used.1.density_kg_m3));
         // Everything is read before anything is given up, so that every mistake is found.
         let contact = contact::contact(&table, &CONTACT, &material);
         let friction = contact::friction(&table, &FRICTION);
+        // A stiffness in the scene's contact holds for all materials.
+        if !contact.as_ref().is_some_and(|(_, of_material)| *of_material) {
+            for material in &mut materials {
+                (material.stiffness, material.poisson) = (None, None);
+            }
+        }
+        let contact = contact.map(|(contact, _)| contact);
+        let names = materials.iter().map(|material| material.name.clone());
+        let of_walls = walls.iter().map(|wall| wall.material.clone().unwrap_or_else(|| wall.name.clone()));
+        let names: Vec<String> = names.chain(of_walls).collect();
+        let pairs = pairs::read(&table, &PAIRS, &names);
         let rolling = contact::rolling(&table, &ROLLING);
         let bond = contact::overlap_bond(&table, &OVERLAP_BOND);
         let drag = contact::drag(&table, &DRAG);
@@ -228,6 +241,7 @@ impl<'d> Bodies<'d> {
             contact,
             friction,
             rolling,
+            pairs,
             bond,
             bonds,
             drag,

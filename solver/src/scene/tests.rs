@@ -223,7 +223,7 @@ fn every_value_of_a_scene_reaches_its_setting() {
     assert_eq!(particles.groups[0].radius, Radius::Uniform { mean_m: 2.5e-5, spread_m: 5e-6 });
     let coarse = Radius::LogNormal { mean_m: 5e-5, deviation_m: 1e-5, minimum_m: 3e-5, maximum_m: 9e-5 };
     assert_eq!(particles.groups[1], Group { name: "coarse".into(), count: 7, radius: coarse, material: 0 });
-    assert_eq!(particles.materials, [Material { name: "copper".into(), density_kg_m3: 8960.0 }]);
+    assert_eq!((particles.materials[0].name.as_str(), particles.materials[0].density_kg_m3), ("copper", 8960.0));
     assert_eq!((particles.temperature_k, particles.seed), (310.0, 3));
     let Start::SequentialAddition { region, velocity_m_s } = particles.start else { panic!("sequential") };
     let bounds = ([0.0, 0.0, 1e-6], [1e-3, 1e-3, 1e-6 + 2e-3]);

@@ -24,7 +24,7 @@ fn members(integrator: Integrator, phi: f64) -> BTreeMap<String, Box<dyn Partici
     let walls = vec![wall("cold", 0.0, 1.0, WALLS[0]), wall("hot", GAP, -1.0, WALLS[1])];
     let motion = Motion {
         groups: Vec::new(),
-        materials: vec![Material { name: "matter".into(), density_kg_m3: DENSITY }],
+        materials: vec![Material { name: "matter".into(), density_kg_m3: DENSITY, stiffness: None, poisson: None }],
         start: Start::Given {
             positions_m: vec![[START[0], 0.0, 0.0], [START[1], 0.0, 0.0]],
             velocities_m_s: vec![[START[2], 0.0, 0.0], [START[3], 0.0, 0.0]],
@@ -44,6 +44,7 @@ fn members(integrator: Integrator, phi: f64) -> BTreeMap<String, Box<dyn Partici
         },
         friction: None,
         rolling: None,
+        pairs: Vec::new(),
         bond: None,
         bonds: None,
         drag: None,

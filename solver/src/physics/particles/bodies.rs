@@ -14,6 +14,8 @@ const CELLS: f64 = (1u64 << 21) as f64 - 1.0;
 pub(super) struct Bodies {
     /// Row of each particle in the fields.
     pub rows: Vec<u32>,
+    /// Number of each particle, which it keeps as rows come and go.
+    pub ids: Vec<u32>,
     /// R in m.
     pub radii: Vec<f64>,
     /// m in kg.
@@ -29,11 +31,21 @@ impl Bodies {
     pub fn reordered(&self, order: &[u32]) -> Self {
         Self {
             rows: reordered(&self.rows, order),
+            ids: reordered(&self.ids, order),
             radii: reordered(&self.radii, order),
             masses: reordered(&self.masses, order),
             inertias: reordered(&self.inertias, order),
             materials: reordered(&self.materials, order),
         }
+    }
+
+    /// Place in memory of each number up to the highest; `u32::MAX` where the particle is gone.
+    pub fn places_by_id(&self) -> Vec<u32> {
+        let mut places = vec![u32::MAX; self.ids.iter().max().map_or(0, |&highest| highest as usize + 1)];
+        for (place, &id) in (0u32..).zip(&self.ids) {
+            places[id as usize] = place;
+        }
+        places
     }
 
     /// Whether all have one radius and mass.
@@ -59,6 +71,11 @@ impl Bodies {
     pub fn in_memory<T: Copy>(&self, rows: &[T]) -> Vec<T> {
         self.rows.iter().map(|&row| rows[row as usize]).collect()
     }
+}
+
+/// Cell in m that the memory is sorted by: the mean diameter.
+pub(super) fn cell(bodies: &Bodies) -> f64 {
+    if bodies.len() == 0 { 1.0 } else { 2.0 * bodies.radii.iter().sum::<f64>() / bodies.len() as f64 }
 }
 
 /// Whether all values are the same.
@@ -119,6 +136,7 @@ mod tests {
     fn there_and_back() {
         let rows: Vec<u32> = vec![0, 1, 2];
         let bodies = Bodies {
+            ids: rows.clone(),
             rows,
             radii: vec![1.0, 2.0, 3.0],
             masses: vec![1.0; 3],

@@ -11,6 +11,8 @@ use super::{
     pair_table::PairLaw, springs::Springs,
 };
 
+use crate::physics::walls::{Motion, Pose};
+
 /// Ports of one list of contacts: indices, area, distance.
 #[derive(Debug)]
 pub(super) struct ContactPorts {
@@ -108,6 +110,7 @@ pub(super) struct Snapshot<'a> {
     pub moduli: &'a [f64],
     pub lists: &'a Lists,
     pub springs: &'a [Springs],
+    pub poses: &'a [Pose],
 }
 
 impl Particles {
@@ -154,36 +157,38 @@ impl Particles {
     }
 
     /// Contacts with walls, in the order of the lists, which must hold; a particle in a corner of one wall has a row for
-    /// each plane.
+    /// each of its surfaces.
     pub(super) fn find_wall_contacts(&self, at: Snapshot<'_>) -> Vec<Found> {
         let mut found = Vec::new();
+        let mut touches = Vec::new();
         for (block, walls, springs) in at.lists.blocks(at.springs) {
-            for (entry, wall) in walls.iter().enumerate() {
-                let i = (block.first + wall.particle) as usize;
+            for encounter in &walls.encounters {
+                let i = (block.first + encounter.particle) as usize;
+                let wall = encounter.wall as usize;
                 let radius = at.bodies.radii[i];
-                let plane = &self.planes[wall.plane as usize];
-                let distance = plane.distance(&at.positions[i]);
-                let overlap = radius - distance;
-                if overlap <= 0.0 {
-                    continue;
+                let features = &walls.features[encounter.range()];
+                touches.clear();
+                self.surfaces[wall].touch(&at.poses[wall].to_wall(&at.positions[i]), radius, features, &mut touches);
+                for touch in &touches {
+                    let overlap = radius - touch.distance;
+                    let contact = self.law.wall(overlap, radius);
+                    let secant_n_m = at.moduli[i] * contact.secant;
+                    let pair = self.table.get(at.bodies.materials[i], self.wall_materials[wall]);
+                    let bond = self.surface.bond.map_or(0.0, |bond| {
+                        bond.energy(overlap, radius, |depth| self.law.wall(depth, radius).area_m2)
+                    });
+                    let entry = encounter.features.start as usize + touch.entry as usize;
+                    let spring = self.remembers().then(|| springs.wall(entry));
+                    found.push(Found {
+                        pair: [at.bodies.rows[i], encounter.wall],
+                        area_m2: contact.area_m2,
+                        distance_m: touch.distance.abs(),
+                        energy_per_modulus: self.law.wall_energy(overlap, radius),
+                        other_j: [bond, spring_energy(pair, secant_n_m, spring)],
+                        relative_overlap: overlap / radius,
+                        stiffness_n_m: self.stiffness(pair, secant_n_m),
+                    });
                 }
-                let touch = self.law.wall(overlap, radius);
-                let secant_n_m = at.moduli[i] * touch.secant;
-                let pair = self.table.get(at.bodies.materials[i], at.bodies.materials[i]);
-                let bond = self
-                    .surface
-                    .bond
-                    .map_or(0.0, |bond| bond.energy(overlap, radius, |depth| self.law.wall(depth, radius).area_m2));
-                let spring = self.remembers().then(|| springs.wall(entry));
-                found.push(Found {
-                    pair: [at.bodies.rows[i], plane.wall],
-                    area_m2: touch.area_m2,
-                    distance_m: distance.abs(),
-                    energy_per_modulus: self.law.wall_energy(overlap, radius),
-                    other_j: [bond, spring_energy(pair, secant_n_m, spring)],
-                    relative_overlap: overlap / radius,
-                    stiffness_n_m: self.stiffness(pair, secant_n_m),
-                });
             }
         }
         found
@@ -197,9 +202,17 @@ impl Particles {
     }
 
     /// Largest stable step of velocity Verlet, 2/ω, in s; ω² is bounded by the largest sum of 2k/m at a particle
-    /// (Gershgorin), which for two particles alone is k/m*. Infinite without contacts.
-    pub(super) fn critical_step(&self, bodies: &Bodies, contacts: &[Found], wall_contacts: &[Found]) -> f64 {
+    /// (Gershgorin), which for two particles alone is k/m*. `bonds_1_s` is the largest ω of the bonds. Infinite without
+    /// contacts and bonds.
+    pub(super) fn critical_step(
+        &self,
+        bodies: &Bodies,
+        contacts: &[Found],
+        wall_contacts: &[Found],
+        bonds_1_s: f64,
+    ) -> f64 {
         let mut sums = vec![0.0; bodies.len()];
+        let mut on_walls = vec![0.0; self.surfaces.len()];
         for contact in contacts {
             for row in contact.pair {
                 sums[row as usize] += 2.0 * contact.stiffness_n_m;
@@ -207,9 +220,14 @@ impl Particles {
         }
         for contact in wall_contacts {
             sums[contact.pair[0] as usize] += contact.stiffness_n_m;
+            on_walls[contact.pair[1] as usize] += contact.stiffness_n_m;
         }
         let rates = bodies.rows.iter().zip(&bodies.masses).map(|(&row, mass)| sums[row as usize] / mass);
-        let largest = rates.fold(0.0f64, f64::max);
+        let pistons = self.settings.walls.iter().zip(&on_walls).filter_map(|(wall, sum)| match &wall.motion {
+            Motion::Pressed(piston) => Some(sum / piston.mass_kg),
+            _ => None,
+        });
+        let largest = rates.chain(pistons).fold(bonds_1_s * bonds_1_s, f64::max);
         if largest > 0.0 { 2.0 / largest.sqrt() } else { f64::INFINITY }
     }
 }

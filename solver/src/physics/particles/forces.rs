@@ -1,4 +1,4 @@
-//! All forces on all particles.
+//! All forces on all particles, and on the walls.
 
 use std::sync::Arc;
 
@@ -8,12 +8,17 @@ use super::{
     PARALLEL_PARTICLES, Particles, Vec3,
     blocks::BLOCK,
     bodies::one,
+    bonds::{Bonds, Spheres},
+    fields::NearList,
     kernel::{Bed, Body, Load, Place, Task},
     lists::Lists,
     springs::Springs,
     state::{Advanced, Dissipation, Forces, Motion, State},
 };
-use crate::SolveError;
+use crate::{
+    SolveError,
+    physics::walls::{Pose, Touch, WallState},
+};
 
 /// Frozen temperatures of the particles at the window's start and end, in K, in memory order.
 pub(super) struct Heat {
@@ -24,84 +29,133 @@ pub(super) struct Heat {
 /// Evaluates forces; owns the scratch memory of one solve.
 pub(super) struct Evaluator<'a> {
     particles: &'a Particles,
+    state: &'a State,
     heat: Option<&'a Heat>,
-    radii: &'a [f64],
-    materials: &'a [u16],
-    /// Whether the particles have one radius, mass and modulus at the window's start.
+    /// Whether the particles have one radius, mass and modulus.
     alike: bool,
     /// Moduli at the last evaluation.
     moduli: Vec<f64>,
     /// The lists at the last evaluation.
     lists: Arc<Lists>,
-    /// Springs of the contacts, block by block: each evaluation advances them by its step.
-    pub springs: Vec<Springs>,
+    /// Pairs of the near field.
+    near: Option<Arc<NearList>>,
+    /// Strengths of the particles in the near field.
+    sources: Vec<f64>,
+    /// What contacts and bonds remember: each evaluation advances it by its step.
+    memory: Memory,
+    /// Place in memory of each particle's number, where there are bonds.
+    places_by_id: Vec<u32>,
     evaluations: u32,
     builds: u32,
     places: Vec<Place>,
     bodies: Vec<Body>,
+    poses: Vec<Pose>,
     scratch: Vec<Scratch>,
+    /// Scratch: the near field's forces.
+    field_forces: Vec<Vec3>,
+}
+
+/// What contacts and bonds remember.
+#[derive(Clone)]
+struct Memory {
+    /// Springs of the contacts, block by block.
+    springs: Vec<Springs>,
+    bonds: Bonds,
+    /// Energy of the bonds that broke since the window's start, in J.
+    broken_j: f64,
 }
 
 /// What a block computes before it is added to the others.
 #[derive(Default)]
 struct Scratch {
     loads: Vec<Load>,
+    on_walls: Vec<Vec3>,
     touching: Vec<u32>,
+    touches: Vec<Touch>,
     dissipation: Dissipation,
 }
 
-/// Positions, velocities and spins that forces are evaluated at.
+/// The instant that forces are evaluated at.
 #[derive(Clone, Copy)]
 pub(super) struct At<'a> {
     pub positions: &'a [Vec3],
     pub velocities: &'a [Vec3],
     pub spins: &'a [Vec3],
+    /// Mean spins over the step that led here.
+    pub turning: &'a [Vec3],
+    /// How far pressed walls have moved.
+    pub walls: &'a [WallState],
+    /// Time in s.
+    pub t_s: f64,
     /// Share of the window that has passed, for the frozen temperature.
     pub fraction: f64,
-    /// Step Δt in s for friction.
+    /// Step Δt in s for what contacts and bonds remember.
     pub step_s: f64,
 }
 
 impl<'a> Evaluator<'a> {
     /// Starts from what `state` holds; without `heat` its moduli stay.
     pub fn new(particles: &'a Particles, state: &'a State, heat: Option<&'a Heat>) -> Self {
-        let bodies = (state.bodies.masses.iter().zip(&state.moduli))
-            .map(|(&mass, &modulus)| Body { velocity: Vec3::zeros(), mass, spin: Vec3::zeros(), modulus })
-            .collect();
-        let places = (state.motion.positions.iter().zip(&state.bodies.radii))
-            .map(|(&position, &radius)| Place { position, radius })
-            .collect();
+        let State { bodies: of, motion, moduli, .. } = state;
+        let bodies = (of.masses.iter().zip(moduli))
+            .map(|(&mass, &modulus)| Body { velocity: Vec3::zeros(), mass, spin: Vec3::zeros(), modulus });
+        let places = motion.positions.iter().zip(&of.radii).map(|(&position, &radius)| Place { position, radius });
+        let sources = particles.fields.near_field.as_ref().map_or_else(Vec::new, |near| {
+            let each = of.radii.iter().zip(&of.masses).zip(&of.ids);
+            each.map(|((&radius, &mass), &id)| near.source(particles.fields.body(radius, mass), id.into())).collect()
+        });
         Self {
             particles,
+            state,
             heat,
-            radii: &state.bodies.radii,
-            materials: &state.bodies.materials,
-            alike: state.bodies.alike() && one(&state.moduli),
-            moduli: state.moduli.clone(),
+            alike: of.alike() && one(moduli) && heat.is_none(),
+            moduli: moduli.clone(),
             lists: Arc::clone(&state.lists),
-            springs: state.springs.clone(),
+            near: state.near.clone(),
+            sources,
+            memory: Memory { springs: state.springs.clone(), bonds: state.bonds.clone(), broken_j: 0.0 },
+            places_by_id: if particles.bonds.is_some() { of.places_by_id() } else { Vec::new() },
             evaluations: 0,
             builds: 0,
-            places,
-            bodies,
+            places: places.collect(),
+            bodies: bodies.collect(),
+            poses: Vec::new(),
             scratch: Vec::new(),
+            field_forces: Vec::new(),
         }
     }
 
-    /// Builds the lists anew where a particle has moved half its skin.
+    /// Forgets what contacts and bonds have remembered since the window's start: the next evaluation starts there again.
+    pub fn forget(&mut self) -> Result<(), SolveError> {
+        self.memory.bonds.clone_from(&self.state.bonds);
+        self.memory.broken_j = 0.0;
+        if !self.particles.remembers() {
+            return Ok(());
+        }
+        if Arc::ptr_eq(&self.lists, &self.state.lists) {
+            self.memory.springs.clone_from(&self.state.springs);
+        } else {
+            self.memory.springs = self.state.lists.hand_over(&self.state.springs, &self.lists, Some);
+        }
+        Ok(())
+    }
+
+    /// Builds the lists anew where a particle, or a wall as it sees it, has moved half its skin.
     ///
     /// # Errors
     /// [`Lists::build`]'s.
-    pub fn refresh(&mut self, positions: &[Vec3]) -> Result<(), SolveError> {
-        if self.lists.hold(positions, self.radii, self.particles.settings.skin) {
+    pub fn refresh(&mut self, positions: &[Vec3], walls: &[WallState], t_s: f64) -> Result<(), SolveError> {
+        self.poses = self.particles.poses(walls, t_s);
+        let (radii, skin) = (&self.state.bodies.radii, self.particles.settings.skin);
+        if self.lists.hold(positions, radii, skin, &self.poses) {
             return Ok(());
         }
-        let lists = Lists::build(self.particles, positions, self.radii)?;
-        if self.particles.remembers() {
-            self.springs = self.lists.hand_over(&self.springs, &lists, Some);
+        let lists = Lists::build(self.particles, positions, radii, &self.poses)?;
+        self.memory.springs = if self.particles.remembers() {
+            self.lists.hand_over(&self.memory.springs, &lists, Some)
         } else {
-            self.springs = lists.no_springs();
-        }
+            lists.no_springs()
+        };
         self.lists = Arc::new(lists);
         self.builds += 1;
         Ok(())
@@ -113,13 +167,15 @@ impl<'a> Evaluator<'a> {
     /// [`Lists::build`]'s.
     pub fn evaluate(&mut self, at: At<'_>, forces: &mut Forces) -> Result<(), SolveError> {
         self.evaluations += 1;
-        self.refresh(at.positions)?;
+        self.refresh(at.positions, at.walls, at.t_s)?;
         if let Some(heat) = self.heat {
-            self.particles.soften(heat, self.materials, at.fraction, &mut self.moduli);
+            self.particles.soften(heat, &self.state.bodies.materials, at.fraction, &mut self.moduli);
         }
         self.pack(at);
-        self.blocks(at.step_s);
+        self.blocks(at);
         self.gather(forces);
+        self.near_field(at, forces);
+        self.bonds(at, forces);
         forces.step_s = at.step_s;
         Ok(())
     }
@@ -127,14 +183,27 @@ impl<'a> Evaluator<'a> {
     /// What has come of the window.
     pub fn end(
         self,
-        motion: Motion,
+        (motion, walls): (Motion, Vec<WallState>),
         forces: Forces,
         dissipated: Dissipation,
-        substeps: u32,
-        substep_s: f64,
+        (substeps, substep_s): (u32, f64),
     ) -> Advanced {
-        let Self { moduli, lists, builds, springs, evaluations, .. } = self;
-        Advanced { motion, forces, moduli, lists, builds, springs, dissipated, substeps, substep_s, evaluations }
+        let Self { moduli, lists, near, memory, evaluations, builds, .. } = self;
+        Advanced {
+            motion,
+            walls,
+            forces,
+            moduli,
+            lists,
+            near,
+            builds,
+            springs: memory.springs,
+            bonds: memory.bonds,
+            dissipated: Dissipation { broken: memory.broken_j, ..dissipated },
+            substeps,
+            substep_s,
+            evaluations,
+        }
     }
 
     /// Puts together what a contact reads together.
@@ -156,30 +225,34 @@ impl<'a> Evaluator<'a> {
     }
 
     /// Loads of every block on its own particles and its halo.
-    fn blocks(&mut self, step_s: f64) {
+    fn blocks(&mut self, at: At<'_>) {
         let bed = Bed {
             particles: self.particles,
             places: &self.places,
             bodies: &self.bodies,
-            materials: self.materials,
-            alike: self.alike && self.heat.is_none(),
-            step_s,
+            materials: &self.state.bodies.materials,
+            poses: &self.poses,
+            t_s: at.t_s,
+            alike: self.alike,
+            step_s: at.step_s,
         };
         let lists = &self.lists;
         self.scratch.resize_with(lists.pairs.blocks.len(), Scratch::default);
         let work = |(index, (scratch, springs)): (usize, (&mut Scratch, &mut Springs))| {
             let block = &lists.pairs.blocks[index];
-            scratch.loads.clear();
-            scratch.loads.resize(block.len() + block.halo.len(), Load::none());
-            scratch.dissipation = bed.fields(block.range(), &mut scratch.loads);
-            let Scratch { loads, touching, dissipation } = scratch;
+            let Scratch { loads, on_walls, touching, touches, dissipation } = scratch;
+            loads.clear();
+            loads.resize(block.len() + block.halo.len(), Load::none());
+            on_walls.clear();
+            on_walls.resize(bed.poses.len(), Vec3::zeros());
+            *dissipation = bed.fields(block.range(), loads);
             let walls = &lists.walls[index];
-            *dissipation += bed.contacts(Task { block, walls, springs, loads, touching });
+            *dissipation += bed.contacts(Task { block, walls, springs, loads, on_walls, touching, touches });
         };
         if self.places.len() > PARALLEL_PARTICLES {
-            self.scratch.par_iter_mut().zip(&mut self.springs).enumerate().for_each(work);
+            self.scratch.par_iter_mut().zip(&mut self.memory.springs).enumerate().for_each(work);
         } else {
-            self.scratch.iter_mut().zip(&mut self.springs).enumerate().for_each(work);
+            self.scratch.iter_mut().zip(&mut self.memory.springs).enumerate().for_each(work);
         }
     }
 
@@ -208,24 +281,68 @@ impl<'a> Evaluator<'a> {
             force.chunks_mut(BLOCK).zip(moment.chunks_mut(BLOCK)).enumerate().for_each(add);
         }
         forces.dissipation = Dissipation::default();
+        forces.on_walls.clear();
+        forces.on_walls.resize(self.poses.len(), Vec3::zeros());
         for scratch in &self.scratch {
             forces.dissipation += scratch.dissipation;
+            for (sum, force) in forces.on_walls.iter_mut().zip(&scratch.on_walls) {
+                *sum += force;
+            }
         }
+    }
+
+    /// Adds the near field between the particles.
+    fn near_field(&mut self, at: At<'_>, forces: &mut Forces) {
+        let Some(field) = &self.particles.fields.near_field else { return };
+        if !self.near.as_ref().is_some_and(|list| field.holds(list, at.positions)) {
+            self.near = field.list(at.positions).map(Arc::new);
+        }
+        let radii = &self.state.bodies.radii;
+        self.field_forces.clear();
+        self.field_forces.resize(at.positions.len(), Vec3::zeros());
+        field.add(at.t_s, self.near.as_deref(), at.positions, &self.sources, radii, &mut self.field_forces);
+        for ((force, near), velocity) in forces.force.iter_mut().zip(&self.field_forces).zip(at.velocities) {
+            *force += near;
+            forces.dissipation.near_field -= near.dot(velocity);
+        }
+    }
+
+    /// Moves the bonds on and adds what they pull.
+    fn bonds(&mut self, at: At<'_>, forces: &mut Forces) {
+        let Some(model) = &self.particles.bonds else { return };
+        let bodies = &self.state.bodies;
+        let spheres = Spheres {
+            ids: &bodies.ids,
+            places: &self.places_by_id,
+            positions: at.positions,
+            velocities: at.velocities,
+            spins: at.spins,
+            turning: at.turning,
+            radii: &bodies.radii,
+            masses: &bodies.masses,
+        };
+        let Memory { bonds, broken_j, .. } = &mut self.memory;
+        let work = model.advance(bonds, &spheres, at.t_s, at.step_s, &mut forces.force, &mut forces.moment);
+        forces.dissipation.bonds += work.damping_w;
+        *broken_j += work.broken_j;
     }
 }
 
 impl Bed<'_> {
-    /// Gravity and drag on the particles of a block.
+    /// Gravity and the fields on the particles of a block.
     fn fields(self, range: std::ops::Range<usize>, loads: &mut [Load]) -> Dissipation {
-        let Particles { settings, gravity, .. } = self.particles;
+        let Particles { fields, gravity, .. } = self.particles;
         let mut lost = Dissipation::default();
+        let empty = fields.is_empty();
         for (i, load) in range.zip(loads) {
             let (place, body) = (&self.places[i], &self.bodies[i]);
             load.force = gravity * body.mass;
-            if let Some(drag) = &settings.drag {
-                let drag = drag.force(place.radius, &body.velocity);
-                load.force += drag;
-                lost.drag -= drag.dot(&body.velocity);
+            if !empty {
+                let acting = fields.body(place.radius, body.mass);
+                let force = fields.force(self.t_s, &place.position, &body.velocity, acting);
+                load.force += force.force;
+                lost.drag += force.drag_w;
+                lost.fields -= force.gained_w;
             }
         }
         lost

@@ -12,8 +12,9 @@ use super::{
     springs::Springs,
     state::Dissipation,
     tangential_spring::TangentialSpring,
-    wall_list::WallEntry,
+    wall_list::WallList,
 };
+use crate::physics::walls::{Pose, Touch};
 
 /// Where a particle is: what the search for contacts reads, in half a cache line.
 #[derive(Clone, Copy, Debug)]
@@ -69,6 +70,10 @@ pub(super) struct Bed<'a> {
     pub bodies: &'a [Body],
     /// Index of the material of each particle.
     pub materials: &'a [u16],
+    /// Where the walls are.
+    pub poses: &'a [Pose],
+    /// Time in s.
+    pub t_s: f64,
     /// Whether all particles have one radius, mass and modulus.
     pub alike: bool,
     /// Step Δt in s for friction.
@@ -78,12 +83,16 @@ pub(super) struct Bed<'a> {
 /// A block with what its kernel writes.
 pub(super) struct Task<'a> {
     pub block: &'a Block,
-    pub walls: &'a [WallEntry],
+    pub walls: &'a WallList,
     pub springs: &'a mut Springs,
     /// Loads on the block's own particles, then on its halo; contacts are added.
     pub loads: &'a mut [Load],
+    /// Forces on the walls, in N.
+    pub on_walls: &'a mut [Vec3],
     /// Scratch: entries of the pairs that touch.
     pub touching: &'a mut Vec<u32>,
+    /// Scratch: contacts of a particle with a wall.
+    pub touches: &'a mut Vec<Touch>,
 }
 
 impl Bed<'_> {

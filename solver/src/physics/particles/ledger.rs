@@ -3,7 +3,10 @@
 use stagger_messages::Energy;
 
 use super::{Particles, State, contact::Normal as _, contact_list::ContactList, state::Dissipation};
-use crate::SolveError;
+use crate::{
+    SolveError,
+    physics::walls::{Motion, Wall},
+};
 
 impl Particles {
     /// Kinetic, rotational, potential (−m g·r) and elastic energy of `state`, in J.
@@ -23,6 +26,16 @@ impl Particles {
         }
         if self.remembers() {
             stored.push(Energy::stored("tangential_springs", springs_j(state)));
+        }
+        let pistons = self.settings.walls.iter().zip(&state.walls).filter_map(|(wall, moved)| match &wall.motion {
+            Motion::Pressed(piston) => Some(piston.energy_j(moved)),
+            _ => None,
+        });
+        if let Some(energy) = pistons.reduce(|sum, energy| sum + energy) {
+            stored.push(Energy::stored("pistons", energy));
+        }
+        if let Some(model) = &self.bonds {
+            stored.push(Energy::stored("beams", model.stored_j(&state.bonds)));
         }
         if self.settings.spin {
             let twice: f64 =
@@ -44,9 +57,23 @@ impl Particles {
             Energy::lost("drag", dissipated.drag),
             Energy::gained("softening", softening),
         ];
-        if self.surface.rolls {
-            exchanged.push(Energy::lost("rolling", dissipated.rolling));
-        }
+        let mut book = |booked: bool, entry: Energy| {
+            if booked {
+                exchanged.push(entry);
+            }
+        };
+        book(self.surface.rolls, Energy::lost("rolling", dissipated.rolling));
+        let moving = |pistons: bool| {
+            let is = |wall: &Wall| wall.motion != Motion::Fixed && matches!(wall.motion, Motion::Pressed(_)) == pistons;
+            self.settings.walls.iter().any(is)
+        };
+        book(moving(false), Energy::gained("walls", -dissipated.walls));
+        book(moving(true), Energy::gained("pressing", -dissipated.pistons));
+        book(self.fields.near_field.is_some(), Energy::gained("near_field", -dissipated.near_field));
+        let electromagnetic = self.settings.fields.electromagnetic.is_some() || self.settings.fields.magnetic.is_some();
+        book(electromagnetic, Energy::gained("fields", -dissipated.fields));
+        book(self.bonds.is_some(), Energy::lost("bond_damping", dissipated.bonds));
+        book(self.bonds.is_some(), Energy::lost("broken_bonds", dissipated.broken));
         exchanged
     }
 

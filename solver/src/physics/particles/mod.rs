@@ -4,6 +4,7 @@
 mod blocks;
 mod bodies;
 pub mod bonds;
+mod coming_and_going;
 mod contact;
 mod contact_list;
 mod domain;
@@ -22,6 +23,7 @@ mod neighbours;
 mod overlap;
 mod pair_kernel;
 mod pair_table;
+mod pistons;
 mod pour;
 mod quadrature;
 mod rolling;
@@ -42,7 +44,7 @@ mod wall_list;
 
 use std::{f64::consts::PI, sync::Arc};
 
-use stagger_messages::{Field, Fields, Measure, Port, Ports};
+use stagger_messages::{Energy, Field, Fields, Measure, Port, Ports};
 
 pub use domain::{Body, Domain, Moved};
 pub use pour::{Pour, PourRegion, Poured};
@@ -52,23 +54,29 @@ pub use settings_fields::*;
 pub use state::State;
 
 use self::{
-    bodies::{Bodies, along_z_curve},
+    bodies::{Bodies, along_z_curve, cell},
+    bonds::{BondModel, Bonds, Spheres},
+    coming_and_going::Booked,
     contact::{Law, Surface},
     contact_list::{ContactPorts, Snapshot},
     forces::{At, Evaluator, Heat},
     hertz::Hertz,
     lists::Lists,
+    neighbours::NeighbourList,
     monograph_bond::MonographBond,
     pair_table::PairTable,
     softening::Softening,
+    springs::Springs,
     start::Placed,
-    state::{Advanced, Forces, Motion, Trial},
+    state::{Advanced, Forces, Motion, Register, Trial},
     substep::TimeScales,
     trapezoidal::Trapezoidal,
 };
 use crate::{
     SolveError,
     coupling::{Frozen, Physics, Reply, Window},
+    physics::rows::by_ids,
+    physics::walls::{Motion as WallMotion, Pose, Surface as WallSurface, WallState},
 };
 
 type Vec3 = nalgebra::Vector3<f64>;
@@ -92,7 +100,12 @@ pub struct Particles {
     /// Moduli of the materials, by temperature.
     softening: Vec<Softening>,
     gravity: Vec3,
-    planes: Vec<Plane>,
+    /// The walls, prepared for contact search.
+    surfaces: Vec<WallSurface>,
+    /// Index of each wall's material in the table.
+    wall_materials: Vec<u16>,
+    fields: fields::Fields,
+    bonds: Option<BondModel>,
     /// The particles at t = 0, in the order of the fields.
     start: (Bodies, Motion),
     /// Shortest expected contact, in s.
@@ -103,24 +116,10 @@ pub struct Particles {
     positions: Arc<Port>,
     velocities: Arc<Port>,
     radii: Arc<Port>,
+    /// Written where particles come and go.
+    ids: Arc<Port>,
     contact_ports: ContactPorts,
     wall_contact_ports: ContactPorts,
-}
-
-/// A plane of a wall.
-#[derive(Clone, Copy, Debug)]
-struct Plane {
-    wall: u32,
-    through: Vec3,
-    normal: Vec3,
-}
-
-impl Plane {
-    /// Signed distance in m; negative behind the plane.
-    #[inline]
-    fn distance(&self, position: &Vec3) -> f64 {
-        (position - self.through).dot(&self.normal)
-    }
 }
 
 impl Particles {
@@ -132,16 +131,9 @@ impl Particles {
     pub fn new(settings: Settings) -> Result<Self, SolveError> {
         validate::settings(&settings)?;
         let start = at_start(&settings)?;
-        let planes = (0u32..).zip(&settings.walls).flat_map(|(wall, shape)| {
-            shape.shape.planes().into_iter().map(move |plane| Plane {
-                wall,
-                through: Vec3::from(plane.through),
-                normal: Vec3::from(plane.normal).normalize(),
-            })
-        });
         let vectors = |name, unit, measure| Arc::new(Port::f64(name, unit, "particles", 3, measure));
         let law = Law::from(settings.contact.law);
-        let table = PairTable::new(&settings, law);
+        let (table, wall_materials) = PairTable::new(&settings, law)?;
         let mut particles = Self {
             law,
             surface: Surface {
@@ -150,9 +142,12 @@ impl Particles {
                 bond: settings.bond.map(|settings| MonographBond { settings }),
             },
             table,
-            softening: vec![softening(&settings)],
+            softening: settings.materials.iter().map(|material| softening(&settings, material)).collect(),
             gravity: Vec3::from(settings.gravity_m_s2),
-            planes: planes.collect(),
+            surfaces: settings.walls.iter().map(|wall| WallSurface::new(&wall.shape)).collect(),
+            wall_materials,
+            fields: fields::Fields::new(&settings.fields, settings.drag)?,
+            bonds: settings.bonds.map(BondModel::new).transpose()?,
             start,
             contact_s: f64::INFINITY,
             substep_s: f64::INFINITY,
@@ -160,6 +155,7 @@ impl Particles {
             positions: vectors("positions", "m", Measure::Increment),
             velocities: vectors("velocities", "m/s", Measure::None),
             radii: Arc::new(Port::f64("radii", "m", "particles", 1, Measure::None)),
+            ids: Arc::new(Port::u32("ids", "particles", 1)),
             contact_ports: ContactPorts::new("contact", "contacts"),
             wall_contact_ports: ContactPorts::new("wall_contact", "wall-contacts"),
             settings,
@@ -188,90 +184,181 @@ impl Particles {
         self.softening[material as usize].stiffness(temperature_k)
     }
 
+    /// Whether a wall is pressed by a set force.
+    fn is_piston(&self, wall: usize) -> bool {
+        matches!(self.settings.walls[wall].motion, WallMotion::Pressed(_))
+    }
+
+    /// Where the walls are at a time in s.
+    fn poses(&self, walls: &[WallState], t_s: f64) -> Vec<Pose> {
+        self.settings.walls.iter().zip(walls).map(|(wall, moved)| wall.motion.pose(t_s, moved)).collect()
+    }
+
     /// The state at t = 0. Friction is zero in its forces: it depends on a step that is not known yet.
     fn state_at_start(&self) -> Result<State, SolveError> {
         let (bodies, motion) = &self.start;
         let order = along_z_curve(&motion.positions, cell(bodies));
         let (bodies, motion) = (bodies.reordered(&order), motion.reordered(&order));
-        let lists = Lists::build(self, &motion.positions, &bodies.radii)?;
+        let walls = vec![WallState::default(); self.settings.walls.len()];
+        let register = Register {
+            revision: 0,
+            next_id: bodies.len() as u32,
+            poured: vec![0; self.settings.pours.len()],
+        };
         let moduli: Vec<f64> =
             bodies.materials.iter().map(|&material| self.modulus(material, self.settings.temperature_k)).collect();
+        let lists = Lists::build(self, &motion.positions, &bodies.radii, &self.poses(&walls, 0.0))?;
         let springs = lists.no_springs();
+        let mut bonds = Bonds::default();
+        if let Some(model) = &self.bonds {
+            // Bonds bridge gaps that the contact lists need not reach.
+            let gap = self.settings.bonds.and_then(|bonds| bonds.gap_share).unwrap_or(0.0);
+            let near = NeighbourList::build(&motion.positions, &bodies.radii, 2.0 * gap)?;
+            let places = bodies.places_by_id();
+            bonds = model.form(&self.spheres(&bodies, &motion, &places), near.pairs());
+        }
+        let rows = Rows { bodies, motion, moduli, lists, springs, bonds };
+        self.state(rows, walls, register, 0.0, None)
+    }
+
+    /// The state of these particles, with their contacts and the forces on them at a time in s. What depends on the step
+    /// is without it: it is not known yet.
+    fn state(
+        &self,
+        rows: Rows,
+        walls: Vec<WallState>,
+        register: Register,
+        t_s: f64,
+        before: Option<&State>,
+    ) -> Result<State, SolveError> {
+        let Rows { bodies, motion, moduli, lists, springs, bonds } = rows;
+        let poses = self.poses(&walls, t_s);
         let at = Snapshot {
             bodies: &bodies,
             positions: &motion.positions,
             moduli: &moduli,
             lists: &lists,
             springs: &springs,
+            poses: &poses,
         };
         let (found, found_walls) = (self.find_contacts(at), self.find_wall_contacts(at));
         let mut state = State {
-            contacts: self.contact_ports.list(&found, None)?,
-            wall_contacts: self.wall_contact_ports.list(&found_walls, None)?,
-            critical_s: self.critical_step(&bodies, &found, &found_walls),
+            contacts: self.contact_ports.list(&found, before.map(|state| &state.contacts))?,
+            wall_contacts: self.wall_contact_ports.list(&found_walls, before.map(|state| &state.wall_contacts))?,
+            critical_s: self.critical_step(&bodies, &found, &found_walls, self.bond_rate_1_s(&bodies, &motion, &bonds)),
             forces: Forces::none(bodies.len()),
+            near: None,
             bodies: Arc::new(bodies),
             motion,
             moduli,
             lists: Arc::new(lists),
             builds: 0,
             springs,
+            bonds,
+            walls,
+            register,
         };
         let mut forces = state.forces.clone();
-        self.forces_at_start(&state, &mut Evaluator::new(self, &state, None), 0.0, &mut forces)?;
+        let mut evaluator = Evaluator::new(self, &state, None);
+        self.forces_at_start(&state, &mut evaluator, t_s, 0.0, &mut forces)?;
         state.forces = forces;
         Ok(state)
     }
 
-    /// Forces at the window's start with friction's step; the springs stay as they are.
+    /// The particles as bonds see them.
+    fn spheres<'a>(&self, bodies: &'a Bodies, motion: &'a Motion, places: &'a [u32]) -> Spheres<'a> {
+        Spheres {
+            ids: &bodies.ids,
+            places,
+            positions: &motion.positions,
+            velocities: &motion.velocities,
+            spins: &motion.spins,
+            turning: &motion.spins,
+            radii: &bodies.radii,
+            masses: &bodies.masses,
+        }
+    }
+
+    /// Largest angular frequency of the bonds, in rad/s.
+    fn bond_rate_1_s(&self, bodies: &Bodies, motion: &Motion, bonds: &Bonds) -> f64 {
+        let rate = |model: &BondModel| model.rate_1_s(bonds, &self.spheres(bodies, motion, &bodies.places_by_id()));
+        self.bonds.as_ref().map_or(0.0, rate)
+    }
+
+    /// Forces at the window's start `t_s` with friction's step; what is remembered stays as it is.
     fn forces_at_start(
         &self,
         state: &State,
         evaluator: &mut Evaluator<'_>,
+        t_s: f64,
         step_s: f64,
         forces: &mut Forces,
     ) -> Result<(), SolveError> {
         let Motion { positions, velocities, spins } = &state.motion;
-        evaluator.evaluate(At { positions, velocities, spins, fraction: 0.0, step_s }, forces)?;
-        evaluator.springs.clone_from(&state.springs);
-        Ok(())
+        let at = At {
+            positions,
+            velocities,
+            spins,
+            turning: spins,
+            walls: &state.walls,
+            t_s,
+            fraction: 0.0,
+            step_s,
+        };
+        evaluator.evaluate(at, forces)?;
+        evaluator.forget()
     }
 
     /// Forces at the window's start: those of the state, or new ones where friction depends on a step that has changed.
-    fn start_forces(&self, state: &State, evaluator: &mut Evaluator<'_>, step_s: f64) -> Result<Forces, SolveError> {
+    fn start_forces(
+        &self,
+        state: &State,
+        evaluator: &mut Evaluator<'_>,
+        t_s: f64,
+        step_s: f64,
+    ) -> Result<Forces, SolveError> {
         let mut forces = state.forces.clone();
         let depends = matches!(self.settings.friction, Some(Friction::Regularised { .. }))
             || self.settings.bond.is_some()
             || self.surface.rolls;
         if depends && forces.step_s.to_bits() != step_s.to_bits() {
-            self.forces_at_start(state, evaluator, step_s, &mut forces)?;
+            self.forces_at_start(state, evaluator, t_s, step_s, &mut forces)?;
         }
         Ok(forces)
     }
 
     /// The frozen temperatures; `None` where they change nothing.
-    fn heat(&self, frozen: &Frozen, bodies: &Bodies) -> Result<Option<Heat>, SolveError> {
+    ///
+    /// A temperature that was written before particles came or went, those of `before`, follows them by their numbers.
+    fn heat(&self, frozen: &Frozen, before: &State, now: &State) -> Result<Option<Heat>, SolveError> {
         if !self.settings.reads_temperature || self.softening.iter().all(|softening| softening.rate <= 0.0) {
             return Ok(None);
         }
         let read = |field: &Field| {
             let values = field.f64()?;
-            if values.len() != bodies.len() {
-                return Err(SolveError::Mismatch(format!(
-                    "particles: field `temperature` has {} values, but there are {} particles",
-                    values.len(),
-                    bodies.len()
-                )));
+            if let Some(row) = field.first_not_finite() {
+                let (node, field) = ("particles".into(), "temperature".into());
+                return Err(SolveError::NotFinite { node, field, row, value: values[row] });
             }
-            match field.first_not_finite() {
-                None => Ok(bodies.in_memory(values)),
-                Some(row) => Err(SolveError::NotFinite {
-                    node: "particles".into(),
-                    field: "temperature".into(),
-                    row,
-                    value: values[row],
-                }),
+            let is_of = |state: &State| {
+                let support = &field.support;
+                (support.revision, support.count) == (state.register.revision, state.bodies.len() as u64)
+            };
+            if is_of(now) {
+                return Ok(now.bodies.in_memory(values));
             }
+            if is_of(before) {
+                let ids = |state: &State| state.bodies.in_rows(&state.bodies.ids);
+                let values = by_ids(values, &ids(before), &ids(now), self.settings.temperature_k)?;
+                return Ok(now.bodies.in_memory(&values));
+            }
+            Err(SolveError::Mismatch(format!(
+                "particles: field `temperature` has {} values at revision {}, but there are {} particles at revision {}",
+                values.len(),
+                field.support.revision,
+                now.bodies.len(),
+                now.register.revision
+            )))
         };
         Ok(Some(Heat { start_k: read(frozen.at_start("temperature")?)?, end_k: read(frozen.at_end("temperature")?)? }))
     }
@@ -284,29 +371,44 @@ impl Particles {
         }
     }
 
-    /// The state at the end of a window and what is said about it.
-    fn finish(&self, from: &State, advanced: Advanced, heat: Option<&Heat>) -> Result<(State, Reply), SolveError> {
-        let Advanced { motion, forces, moduli, lists, springs, dissipated, .. } = advanced;
+    /// The state at the end of a window, at `t_s`, and what is said about it.
+    fn finish(
+        &self,
+        from: &State,
+        advanced: Advanced,
+        heat: Option<&Heat>,
+        t_s: f64,
+    ) -> Result<(State, Reply), SolveError> {
+        let Advanced { motion, walls, forces, moduli, lists, near, springs, mut bonds, dissipated, .. } = advanced;
         let bodies = Arc::clone(&from.bodies);
+        let poses = self.poses(&walls, t_s);
         let at = Snapshot {
             bodies: &bodies,
             positions: &motion.positions,
             moduli: &moduli,
             lists: &lists,
             springs: &springs,
+            poses: &poses,
         };
         let (found, found_walls) = (self.find_contacts(at), self.find_wall_contacts(at));
+        if let Some(model) = &self.bonds {
+            model.sinter(&mut bonds, &self.spheres(&bodies, &motion, &[]), lists.pairs.pairs());
+        }
         let state = State {
             contacts: self.contact_ports.list(&found, Some(&from.contacts))?,
             wall_contacts: self.wall_contact_ports.list(&found_walls, Some(&from.wall_contacts))?,
-            critical_s: self.critical_step(&bodies, &found, &found_walls),
+            critical_s: self.critical_step(&bodies, &found, &found_walls, self.bond_rate_1_s(&bodies, &motion, &bonds)),
             bodies,
             motion,
             forces,
             moduli,
             lists,
+            near,
             builds: from.builds + advanced.builds,
             springs,
+            bonds,
+            walls,
+            register: from.register.clone(),
         };
         let softening = match heat {
             Some(heat) => {
@@ -327,19 +429,19 @@ impl Particles {
         if self.contact_s.is_finite() {
             reply.figures.insert("shortest contact time over substep".into(), self.contact_s / advanced.substep_s);
         }
-        let state = if state.builds >= BUILDS_PER_SORTING { self.sorted(state)? } else { state };
+        let state = if state.builds >= BUILDS_PER_SORTING { self.sorted(state, t_s)? } else { state };
         Ok((state, reply))
     }
 
     /// The same state, with particles that have become neighbours near each other in memory again.
-    fn sorted(&self, state: State) -> Result<State, SolveError> {
+    fn sorted(&self, state: State, t_s: f64) -> Result<State, SolveError> {
         let order = along_z_curve(&state.motion.positions, cell(&state.bodies));
         let mut places = vec![0u32; order.len()];
         for (place, &from) in (0u32..).zip(&order) {
             places[from as usize] = place;
         }
         let (bodies, motion) = (state.bodies.reordered(&order), state.motion.reordered(&order));
-        let lists = Lists::build(self, &motion.positions, &bodies.radii)?;
+        let lists = Lists::build(self, &motion.positions, &bodies.radii, &self.poses(&state.walls, t_s))?;
         let springs = if self.remembers() {
             state.lists.hand_over(&state.springs, &lists, |particle| Some(places[particle as usize]))
         } else {
@@ -351,6 +453,7 @@ impl Particles {
             bodies: Arc::new(bodies),
             motion,
             lists: Arc::new(lists),
+            near: None,
             builds: 0,
             springs,
             ..state
@@ -364,11 +467,16 @@ impl Particles {
             bodies.in_rows(vectors).iter().flat_map(|vector| [vector.x, vector.y, vector.z]).collect()
         };
         let mut fields = Fields::new();
+        let revision = state.register.revision;
         let motion = [
-            Field::new(&self.positions, 0, flat(&state.motion.positions))?,
-            Field::new(&self.velocities, 0, flat(&state.motion.velocities))?,
-            Field::new(&self.radii, 0, bodies.in_rows(&bodies.radii))?,
+            Field::new(&self.positions, revision, flat(&state.motion.positions))?,
+            Field::new(&self.velocities, revision, flat(&state.motion.velocities))?,
+            Field::new(&self.radii, revision, bodies.in_rows(&bodies.radii))?,
         ];
+        if self.come_and_go() {
+            let ids = Field::new(&self.ids, revision, bodies.in_rows(&bodies.ids))?;
+            fields.insert(ids.name().into(), ids);
+        }
         let lists = state.contacts.fields().into_iter().chain(state.wall_contacts.fields());
         for field in motion.into_iter().chain(lists.cloned()) {
             fields.insert(field.name().into(), field);
@@ -380,24 +488,32 @@ impl Particles {
     }
 }
 
-/// Cell in m that the memory is sorted by: the mean diameter.
-fn cell(bodies: &Bodies) -> f64 {
-    if bodies.len() == 0 { 1.0 } else { 2.0 * bodies.radii.iter().sum::<f64>() / bodies.len() as f64 }
+/// Particles with what belongs to them, in memory order.
+struct Rows {
+    bodies: Bodies,
+    motion: Motion,
+    moduli: Vec<f64>,
+    lists: Lists,
+    springs: Vec<Springs>,
+    bonds: Bonds,
 }
 
-/// Softening of the modulus of the particles' material.
-fn softening(settings: &Settings) -> Softening {
+/// Softening of the modulus of a material.
+fn softening(settings: &Settings, material: &Material) -> Softening {
     let contact = &settings.contact;
     let (stiffness, factor) = match contact.law {
         ContactLaw::Overlap { stiffness_pa, .. } => (stiffness_pa, 1.0),
-        ContactLaw::Hertz { young_pa, poisson } => (young_pa, Hertz::modulus(1.0, poisson)),
+        ContactLaw::Hertz { young_pa, poisson } => (young_pa, Hertz::modulus(1.0, material.poisson.unwrap_or(poisson))),
         ContactLaw::Linear { stiffness_n_m } => (stiffness_n_m, 1.0),
     };
+    // A material of its own stiffness softens to the same share of it.
+    let own = material.stiffness.unwrap_or(stiffness);
+    let floor = contact.softening_floor_pa * own / stiffness;
     Softening {
-        reference_modulus: stiffness * factor,
+        reference_modulus: own * factor,
         rate: contact.softening_rate,
         reference_k: contact.softening_reference_k,
-        floor_modulus: contact.softening_floor_pa * factor,
+        floor_modulus: floor * factor,
     }
 }
 
@@ -407,9 +523,10 @@ impl Physics for Particles {
     fn ports(&self) -> Ports {
         let written = [&self.positions, &self.velocities, &self.radii].into_iter();
         let lists = self.contact_ports.all().into_iter().chain(self.wall_contact_ports.all());
+        let ids = self.come_and_go().then_some(&self.ids);
         Ports {
             reads: self.settings.reads_temperature.then(|| (*self.temperature).clone()).into_iter().collect(),
-            writes: written.chain(lists).map(|port| (**port).clone()).collect(),
+            writes: written.chain(lists).chain(ids).map(|port| (**port).clone()).collect(),
         }
     }
 
@@ -423,7 +540,10 @@ impl Physics for Particles {
         if !(window.dt_s > 0.0 && window.dt_s.is_finite()) {
             return Err(SolveError::Mismatch(format!("particles: a window of {} s cannot be solved", window.dt_s)));
         }
-        let heat = self.heat(frozen, &state.bodies)?;
+        let (renewed, booked) = self.renewed(state, window)?.unzip();
+        let before = state;
+        let state = renewed.as_ref().unwrap_or(state);
+        let heat = self.heat(frozen, before, state)?;
         let heat = heat.as_ref();
         let trial = match self.settings.integrator {
             Integrator::Verlet { .. } => verlet::advance(self, state, heat, window)?,
@@ -432,10 +552,23 @@ impl Physics for Particles {
             }
         };
         match trial {
-            Trial::Converged(advanced) => self.finish(state, *advanced, heat),
+            Trial::Converged(advanced) => {
+                let (state, mut reply) = self.finish(state, *advanced, heat, window.t_s + window.dt_s)?;
+                if renewed.is_some() {
+                    // What the iteration measures its changes from stands on the new rows.
+                    reply.start = self.start_fields(state_at_start)?;
+                }
+                if self.come_and_go() {
+                    let Booked { poured_j, removed_j } = booked.unwrap_or_default();
+                    reply.ledger.push(Energy::gained("poured", poured_j));
+                    reply.ledger.push(Energy::lost("removed", removed_j));
+                    reply.figures.insert("particles".into(), state.bodies.len() as f64);
+                }
+                Ok((state, reply))
+            }
             // The fields of the window's start, so that the reply is whole; nobody may accept them.
             Trial::NotConverged(reason) => {
-                Ok((state.clone(), Reply { not_converged: Some(reason), ..self.reply(state)? }))
+                Ok((before.clone(), Reply { not_converged: Some(reason), ..self.reply(before)? }))
             }
         }
     }
@@ -449,6 +582,7 @@ fn at_start(settings: &Settings) -> Result<(Bodies, Motion), SolveError> {
         .map(|(radius, material)| 4.0 / 3.0 * PI * radius.powi(3) * density(material))
         .collect();
     let bodies = Bodies {
+        ids: (0u32..).take(radii.len()).collect(),
         rows: (0u32..).take(radii.len()).collect(),
         inertias: masses.iter().zip(&radii).map(|(mass, radius)| 0.4 * mass * radius * radius).collect(),
         // The laws of contact are those of one material.

@@ -108,7 +108,6 @@ impl NeighbourList {
     }
 
     /// All pairs, block by block.
-    #[cfg(test)]
     pub fn pairs(&self) -> impl Iterator<Item = [u32; 2]> + '_ {
         self.blocks.iter().flat_map(Block::pairs)
     }

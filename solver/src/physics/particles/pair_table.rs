@@ -4,9 +4,10 @@ use super::{
     contact::{Law, Normal as _},
     settings::{ContactLaw, Friction, Settings},
 };
+use crate::SolveError;
 
 /// Coefficients of the contact of two materials.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct PairLaw<R = f64> {
     /// Normal damping c_cd, in N s/m³.
     pub damping_n_s_m3: R,
@@ -68,15 +69,49 @@ impl<C> PairLaw<C> {
 #[derive(Clone, Debug)]
 pub(super) struct PairTable {
     materials: usize,
+    /// Whether all laws are the same.
+    alike: bool,
     laws: Vec<PairLaw>,
 }
 
 impl PairTable {
-    /// The table of `settings`, which are in their ranges.
-    pub fn new(settings: &Settings, law: Law) -> Self {
-        let materials = 1;
-        let general = general(settings, law);
-        Self { materials, laws: vec![general; materials * materials] }
+    /// The table of `settings`, which are in their ranges, with the materials of the walls after those of the particles.
+    ///
+    /// # Errors
+    /// An override names a material or wall that is not there.
+    pub fn new(settings: &Settings, law: Law) -> Result<(Self, Vec<u16>), SolveError> {
+        let mut names: Vec<&str> = settings.materials.iter().map(|material| material.name.as_str()).collect();
+        let walls = settings.walls.iter().map(|wall| {
+            let name = wall.material.as_deref().unwrap_or(&wall.name);
+            let known = names.iter().position(|known| *known == name);
+            known.unwrap_or_else(|| {
+                names.push(name);
+                names.len() - 1
+            }) as u16
+        });
+        let walls: Vec<u16> = walls.collect();
+        let of = |material: usize| settings.materials.get(material).and_then(|material| material.poisson);
+        let index = |name: &str| {
+            names.iter().position(|known| *known == name).ok_or_else(|| {
+                SolveError::Mismatch(format!("particles: no material or wall of a pair is called `{name}`; there are {}", names.join(", ")))
+            })
+        };
+        let count = names.len();
+        let mut laws = Vec::with_capacity(count * count);
+        for i in 0..count {
+            for j in 0..count {
+                laws.push(general(settings, law, [of(i), of(j)]));
+            }
+        }
+        for pair in &settings.pairs {
+            let (i, j) = (index(&pair.between[0])?, index(&pair.between[1])?);
+            let own = pair.applied_to(settings);
+            let one = general(&own, law, [of(i), of(j)]);
+            laws[i * count + j] = one;
+            laws[j * count + i] = one;
+        }
+        let alike = laws.iter().all(|law| *law == laws[0]);
+        Ok((Self { materials: count, alike, laws }, walls))
     }
 
     /// Coefficients for materials i and j.
@@ -85,10 +120,10 @@ impl PairTable {
         &self.laws[i as usize * self.materials + j as usize]
     }
 
-    /// The one law of a scene with one material.
+    /// The one law of a scene whose pairs are all alike.
     #[inline]
     pub fn only(&self) -> Option<&PairLaw> {
-        (self.materials == 1).then(|| &self.laws[0])
+        self.alike.then(|| &self.laws[0])
     }
 
     /// All laws.
@@ -97,7 +132,8 @@ impl PairTable {
     }
 }
 
-fn general(settings: &Settings, law: Law) -> PairLaw {
+/// The law that the settings give two materials with Poisson's ratios of their own, where they have them.
+fn general(settings: &Settings, law: Law, poissons: [Option<f64>; 2]) -> PairLaw {
     let q = law.power();
     let damping_ratio = settings.contact.restitution.map_or(0.0, damping_ratio);
     let mut pair = PairLaw {
@@ -112,7 +148,7 @@ fn general(settings: &Settings, law: Law) -> PairLaw {
             (pair.static_friction, pair.dynamic_friction) = (static_coefficient, dynamic_coefficient);
         }
         Some(Friction::Spring { stiffness_ratio, damping_ratio: own, static_coefficient, dynamic_coefficient }) => {
-            let ratio = stiffness_ratio.unwrap_or_else(|| default_ratio(settings.contact.law));
+            let ratio = stiffness_ratio.unwrap_or_else(|| default_ratio(settings.contact.law, poissons));
             pair.tangential = ratio * (q - 1.0);
             pair.tangential_damping = own.unwrap_or(damping_ratio) * (2.0 * q * ratio).sqrt();
             (pair.static_friction, pair.dynamic_friction) = (static_coefficient, dynamic_coefficient);
@@ -131,11 +167,16 @@ pub(super) fn damping_ratio(restitution: f64) -> f64 {
     -logarithm / std::f64::consts::PI.hypot(logarithm)
 }
 
-/// Ratio of tangential to normal stiffness: Mindlin's 2(1−ν)/(2−ν) of Hertz's law, 2/7 of the others, with which a linear
-/// contact's sliding and pressing last equally long (Schäfer, Dippel & Wolf 1996).
-fn default_ratio(law: ContactLaw) -> f64 {
+/// Ratio of tangential to normal stiffness: Mindlin's 2(1−ν)/(2−ν) of Hertz's law, with the mean of both partners where
+/// their ν differ; 2/7 of the others, with which a linear contact's sliding and pressing last equally long (Schäfer, Dippel
+/// & Wolf 1996).
+fn default_ratio(law: ContactLaw, poissons: [Option<f64>; 2]) -> f64 {
+    let mindlin = |poisson: f64| 2.0 * (1.0 - poisson) / (2.0 - poisson);
     match law {
-        ContactLaw::Hertz { poisson, .. } => 2.0 * (1.0 - poisson) / (2.0 - poisson),
+        ContactLaw::Hertz { poisson, .. } => {
+            let [a, b] = poissons.map(|own| mindlin(own.unwrap_or(poisson)));
+            0.5 * (a + b)
+        }
         ContactLaw::Overlap { .. } | ContactLaw::Linear { .. } => 2.0 / 7.0,
     }
 }

@@ -25,6 +25,8 @@ pub struct Settings {
     pub friction: Option<Friction>,
     /// Resistance to rolling and torsion; it acts where particles spin. `None` is none.
     pub rolling: Option<Rolling>,
+    /// Contacts of pairs of materials that differ from the others.
+    pub pairs: Vec<Pair>,
     /// The monograph's bond of particles that overlap; `None` is none.
     pub bond: Option<OverlapBond>,
     /// Bonds with a state of their own, which hold in tension and break; `None` is none.
@@ -105,6 +107,56 @@ pub struct Material {
     pub name: String,
     /// Density ρ in kg/m³.
     pub density_kg_m3: f64,
+    /// Its own stiffness at the reference temperature, in the unit of the contact law's; `None` is the law's.
+    pub stiffness: Option<f64>,
+    /// Its own Poisson's ratio; `None` is the law's.
+    pub poisson: Option<f64>,
+}
+
+/// What differs in the contact of two materials, or of a material and a wall, from what holds for all contacts.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Pair {
+    /// Names of the materials or walls.
+    pub between: [String; 2],
+    /// Normal damping c_cd, in N s/m³.
+    pub damping_n_s_m3: Option<f64>,
+    /// Restitution coefficient.
+    pub restitution: Option<f64>,
+    /// Static coefficient of friction μ_s.
+    pub static_coefficient: Option<f64>,
+    /// Dynamic coefficient of friction μ_d.
+    pub dynamic_coefficient: Option<f64>,
+    /// Coefficient of rolling resistance.
+    pub rolling: Option<f64>,
+    /// Coefficient of torsion resistance.
+    pub torsion: Option<f64>,
+}
+
+impl Pair {
+    /// The scene's settings with those of this pair in their place.
+    pub(super) fn applied_to(&self, settings: &Settings) -> Settings {
+        let mut own = settings.clone();
+        if let Some(damping) = self.damping_n_s_m3 {
+            own.contact.damping_n_s_m3 = damping;
+        }
+        own.contact.restitution = self.restitution.or(own.contact.restitution);
+        if let Some(
+            Friction::Regularised { static_coefficient, dynamic_coefficient, .. }
+            | Friction::Spring { static_coefficient, dynamic_coefficient, .. },
+        ) = &mut own.friction
+        {
+            *static_coefficient = self.static_coefficient.unwrap_or(*static_coefficient);
+            *dynamic_coefficient = self.dynamic_coefficient.unwrap_or(*dynamic_coefficient).min(*static_coefficient);
+        }
+        if self.rolling.is_some() || self.torsion.is_some() {
+            let general = own.rolling.unwrap_or(Rolling { rolling: 0.0, torsion: 0.0 });
+            own.rolling = Some(Rolling {
+                rolling: self.rolling.unwrap_or(general.rolling),
+                torsion: self.torsion.unwrap_or(general.torsion),
+            });
+        }
+        own
+    }
 }
 
 /// Where particles start.

@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Vec3, blocks::Block, wall_list::WallEntry};
+use std::ops::Range;
+
+use super::{Vec3, blocks::Block, wall_list::WallList};
 
 /// Springs of one block, entry by entry of its lists.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -36,19 +38,26 @@ impl Springs {
         }
     }
 
-    /// Keeps the spring of a wall contact.
-    #[inline]
-    pub fn meet_wall(&mut self, entry: usize, spring: Vec3) {
-        self.touching_walls[entry] = true;
-        self.walls[entry] = spring;
-    }
-
-    /// A wall that is not touched is forgotten.
-    #[inline]
-    pub fn part_wall(&mut self, entry: usize) {
-        if self.touching_walls[entry] {
-            self.touching_walls[entry] = false;
-            self.walls[entry] = Vec3::zeros();
+    /// Takes note which features of a wall a particle touches, among those near it. A contact that passes from one
+    /// feature to another, as over the edge of two triangles, takes its spring along; one that ends forgets.
+    pub fn note_walls(&mut self, near: Range<usize>, touched: impl Iterator<Item = usize> + Clone) {
+        let first = near.start;
+        for entry in touched.clone().map(|feature| first + feature) {
+            if self.touching_walls[entry] {
+                continue;
+            }
+            let left = |before: &usize| self.touching_walls[*before] && touched.clone().all(|now| first + now != *before);
+            if let Some(before) = near.clone().find(left) {
+                self.walls[entry] = std::mem::take(&mut self.walls[before]);
+                self.touching_walls[before] = false;
+            }
+            self.touching_walls[entry] = true;
+        }
+        for entry in near {
+            if self.touching_walls[entry] && touched.clone().all(|now| first + now != entry) {
+                self.touching_walls[entry] = false;
+                self.walls[entry] = Vec3::zeros();
+            }
         }
     }
 
@@ -67,6 +76,11 @@ impl Springs {
     /// Displacement of the spring of a wall contact, in m.
     pub fn wall(&self, entry: usize) -> &Vec3 {
         &self.walls[entry]
+    }
+
+    /// The same, to be changed.
+    pub fn wall_mut(&mut self, entry: usize) -> &mut Vec3 {
+        &mut self.walls[entry]
     }
 }
 
@@ -102,11 +116,11 @@ impl Remembered {
     /// Collects the springs of all contacts; `place` says where a particle of the old numbers is now, `None` that it is gone.
     pub fn collect<'a>(
         count: usize,
-        blocks: impl Iterator<Item = (&'a Block, &'a [WallEntry], &'a Springs)>,
+        blocks: impl Iterator<Item = (&'a Block, &'a WallList, &'a Springs)>,
         place: impl Fn(u32) -> Option<u32>,
     ) -> Self {
         let (mut pairs, mut walls) = (Vec::new(), Vec::new());
-        for (block, wall_entries, springs) in blocks {
+        for (block, wall_list, springs) in blocks {
             for (entry, [i, j]) in block.pairs().enumerate().filter(|(entry, _)| springs.touching[*entry]) {
                 if let (Some(i), Some(j)) = (place(i), place(j)) {
                     let spring = springs.pairs[entry];
@@ -114,9 +128,10 @@ impl Remembered {
                     pairs.push(if i < j { (i, (j, spring)) } else { (j, (i, -spring)) });
                 }
             }
-            for (entry, wall) in wall_entries.iter().enumerate().filter(|(entry, _)| springs.touching_walls[*entry]) {
-                if let Some(i) = place(block.first + wall.particle) {
-                    walls.push((i, (wall.key(), springs.walls[entry])));
+            for (entry, (particle, key)) in wall_list.entries().enumerate() {
+                let touching = springs.touching_walls[entry];
+                if let Some(i) = place(block.first + particle).filter(|_| touching) {
+                    walls.push((i, (key, springs.walls[entry])));
                 }
             }
         }
@@ -126,8 +141,8 @@ impl Remembered {
     }
 
     /// The springs of a block of new lists.
-    pub fn recall(&self, block: &Block, walls: &[WallEntry]) -> Springs {
-        let mut springs = Springs::none(block.partners.len(), walls.len());
+    pub fn recall(&self, block: &Block, walls: &WallList) -> Springs {
+        let mut springs = Springs::none(block.partners.len(), walls.features.len());
         for (entry, [i, j]) in block.pairs().enumerate() {
             let (low, high) = (i.min(j), i.max(j));
             let known = &self.pairs[self.starts[low as usize] as usize..self.starts[low as usize + 1] as usize];
@@ -136,10 +151,10 @@ impl Remembered {
                 springs.pairs[entry] = if i < j { *spring } else { -spring };
             }
         }
-        for (entry, wall) in walls.iter().enumerate() {
-            let i = (block.first + wall.particle) as usize;
+        for (entry, (particle, key)) in walls.entries().enumerate() {
+            let i = (block.first + particle) as usize;
             let known = &self.walls[self.wall_starts[i] as usize..self.wall_starts[i + 1] as usize];
-            if let Some((_, spring)) = known.iter().find(|(key, _)| *key == wall.key()) {
+            if let Some((_, spring)) = known.iter().find(|(known, _)| *known == key) {
                 springs.touching_walls[entry] = true;
                 springs.walls[entry] = *spring;
             }

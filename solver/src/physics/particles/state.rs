@@ -5,11 +5,13 @@ use serde::{Deserialize, Serialize};
 use super::{
     Vec3,
     bodies::{Bodies, reordered},
+    bonds::Bonds,
     contact_list::ContactList,
+    fields::NearList,
     lists::Lists,
     springs::Springs,
 };
-use crate::{SolveError, coupling::NotConverged};
+use crate::{SolveError, coupling::NotConverged, physics::walls::WallState};
 
 /// Everything the particles' next window depends on; in memory order but for the contact lists.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -21,10 +23,18 @@ pub struct State {
     /// Moduli of the particles at the same instant.
     pub(super) moduli: Vec<f64>,
     pub(super) lists: Arc<Lists>,
+    /// Pairs of the near field: kept for speed only, the forces are the same bits without it.
+    #[serde(skip)]
+    pub(super) near: Option<Arc<NearList>>,
     /// Lists built since the particles were last sorted.
     pub(super) builds: u32,
     /// Springs of the contacts, block by block.
     pub(super) springs: Vec<Springs>,
+    pub(super) bonds: Bonds,
+    /// How far pressed walls have moved, by wall.
+    pub(super) walls: Vec<WallState>,
+    /// Who has come and gone.
+    pub(super) register: Register,
     /// Contacts between particles.
     pub(super) contacts: ContactList,
     /// Contacts with walls.
@@ -42,6 +52,17 @@ pub(super) struct Motion {
     pub velocities: Vec<Vec3>,
     /// ω in rad/s; zero where particles do not spin.
     pub spins: Vec<Vec3>,
+}
+
+/// Who has come and gone.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Register {
+    /// Counts how often rows came or went: the revision of the particles' support.
+    pub revision: u64,
+    /// Number that the next particle gets.
+    pub next_id: u32,
+    /// Particles poured so far, by dispenser.
+    pub poured: Vec<u64>,
 }
 
 impl Motion {
@@ -87,6 +108,8 @@ pub(super) struct Forces {
     pub force: Vec<Vec3>,
     /// M in N m.
     pub moment: Vec<Vec3>,
+    /// Forces of the particles on the walls, in N.
+    pub on_walls: Vec<Vec3>,
     /// Power lost, in W.
     pub dissipation: Dissipation,
     /// Step Δt in s that friction was evaluated with.
@@ -96,7 +119,12 @@ pub(super) struct Forces {
 impl Forces {
     /// The particles in another order.
     pub fn reordered(&self, order: &[u32]) -> Self {
-        Self { force: reordered(&self.force, order), moment: reordered(&self.moment, order), ..*self }
+        Self {
+            force: reordered(&self.force, order),
+            moment: reordered(&self.moment, order),
+            on_walls: self.on_walls.clone(),
+            ..*self
+        }
     }
 
     /// No forces on `count` particles.
@@ -104,6 +132,7 @@ impl Forces {
         Self {
             force: vec![Vec3::zeros(); count],
             moment: vec![Vec3::zeros(); count],
+            on_walls: Vec::new(),
             dissipation: Dissipation::default(),
             step_s: 0.0,
         }
@@ -117,6 +146,18 @@ pub(super) struct Dissipation {
     pub friction: f64,
     pub drag: f64,
     pub rolling: f64,
+    /// By the work of fields; negative where they drive the particles.
+    pub fields: f64,
+    /// By the work of the near field; negative where it drives the particles.
+    pub near_field: f64,
+    /// By the work of moving walls; negative where they drive the particles. Without pistons, whose own energy is booked.
+    pub walls: f64,
+    /// By the damping of bonds.
+    pub bonds: f64,
+    /// Energy of bonds that broke; an energy, never a power.
+    pub broken: f64,
+    /// Of pistons: in their dampers and at their stops, less the work of what drives them; an energy too.
+    pub pistons: f64,
 }
 
 impl Dissipation {
@@ -127,6 +168,11 @@ impl Dissipation {
             friction: 0.5 * step_s * (before.friction + after.friction),
             drag: 0.5 * step_s * (before.drag + after.drag),
             rolling: 0.5 * step_s * (before.rolling + after.rolling),
+            fields: 0.5 * step_s * (before.fields + after.fields),
+            near_field: 0.5 * step_s * (before.near_field + after.near_field),
+            walls: 0.5 * step_s * (before.walls + after.walls),
+            bonds: 0.5 * step_s * (before.bonds + after.bonds),
+            ..Self::default()
         }
     }
 }
@@ -137,6 +183,12 @@ impl AddAssign for Dissipation {
         self.friction += other.friction;
         self.drag += other.drag;
         self.rolling += other.rolling;
+        self.fields += other.fields;
+        self.near_field += other.near_field;
+        self.walls += other.walls;
+        self.bonds += other.bonds;
+        self.broken += other.broken;
+        self.pistons += other.pistons;
     }
 }
 
@@ -149,12 +201,15 @@ pub(super) enum Trial {
 /// A window integrated to its end.
 pub(super) struct Advanced {
     pub motion: Motion,
+    pub walls: Vec<WallState>,
     pub forces: Forces,
     pub moduli: Vec<f64>,
     pub lists: Arc<Lists>,
+    pub near: Option<Arc<NearList>>,
     /// Lists built during the window.
     pub builds: u32,
     pub springs: Vec<Springs>,
+    pub bonds: Bonds,
     /// Energy lost during the window, in J.
     pub dissipated: Dissipation,
     pub substeps: u32,

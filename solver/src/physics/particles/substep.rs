@@ -55,7 +55,7 @@ impl Particles {
         let mut contact_s = pair_s;
         // Area over reduced mass: what damping and friction act through.
         let mut area_per_kg = pair_area / (0.5 * mass);
-        if !self.planes.is_empty() {
+        if !self.surfaces.is_empty() {
             let (c, q) = self.law.small_wall(radius);
             let (wall_s, overlap) = impact(mass, speed, c * modulus, q);
             contact_s = contact_s.min(wall_s);
@@ -69,8 +69,15 @@ impl Particles {
             }
         };
         resolve(self.settings.contact.damping_n_s_m3 * area_per_kg);
-        if let Some(drag) = &self.settings.drag {
-            resolve(drag.coefficient(radius) / mass);
+        resolve(self.fields.rate_1_s(self.fields.body(radius, mass)));
+        if let Some(near) = &self.fields.near_field {
+            // The fastest pair in contact: the strongest of all particles as large as the smallest one.
+            let bodies = state.bodies.radii.iter().zip(&state.bodies.masses).zip(&state.bodies.ids);
+            let strongest = bodies
+                .map(|((&radius, &mass), &id)| near.source(self.fields.body(radius, mass), id.into()).abs() / mass)
+                .fold(0.0f64, f64::max);
+            let source = strongest * mass;
+            resolve((2.0 * near.stiffness_n_m(2.0 * radius, source, source) / mass).sqrt());
         }
         match self.settings.friction {
             Some(Friction::Regularised { stiffness_n_m3, .. }) => {
@@ -102,11 +109,13 @@ impl Particles {
 
     /// Largest way in m along `down` to a wall, or through the cloud where no wall is below.
     fn fall(&self, positions: &[Vec3], down: &Vec3) -> f64 {
+        let planes: Vec<_> = self.settings.walls.iter().flat_map(|wall| wall.shape.planes()).collect();
         let through = |position: &Vec3| {
-            let ways = self.planes.iter().filter_map(|plane| {
-                let descent = -plane.normal.dot(down);
+            let ways = planes.iter().filter_map(|plane| {
+                let normal = Vec3::from(plane.normal);
+                let descent = -normal.dot(down);
                 // A wall nearly parallel to gravity is not what a particle lands on.
-                (descent > 1e-3).then(|| plane.distance(position).max(0.0) / descent)
+                (descent > 1e-3).then(|| (position - Vec3::from(plane.through)).dot(&normal).max(0.0) / descent)
             });
             ways.reduce(f64::min)
         };

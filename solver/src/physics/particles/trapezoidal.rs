@@ -3,6 +3,7 @@
 use super::{
     Particles, Vec3,
     forces::{At, Evaluator, Heat},
+    pistons::Pistons,
     state::{Dissipation, Forces, Motion, State, Trial},
 };
 use crate::{
@@ -44,9 +45,13 @@ impl Trapezoidal {
         }
         let radii = &state.bodies.radii;
         let mut evaluator = Evaluator::new(particles, state, heat);
-        let start = particles.start_forces(state, &mut evaluator, dt_s)?;
+        let start = particles.start_forces(state, &mut evaluator, window.t_s, dt_s)?;
         let mut end = start.clone();
         let mut motion = state.motion.clone();
+        let mut turning = motion.spins.clone();
+        // A piston's own motion is explicit: its mass is large against the particles'.
+        let mut pistons = Pistons { particles, walls: state.walls.clone(), lost_j: 0.0 };
+        pistons.drift(window.t_s, dt_s, &start.on_walls);
         self.update(particles, state, &start, &end, dt_s, &mut motion);
         let mut before: Vec<Vec3> = motion.positions.clone();
         let mut change = f64::INFINITY;
@@ -61,12 +66,18 @@ impl Trapezoidal {
                 positions: &motion.positions,
                 velocities: &motion.velocities,
                 spins: &motion.spins,
+                turning: &turning,
+                walls: &pistons.walls,
+                t_s: window.t_s + dt_s,
                 fraction: 1.0,
                 step_s: dt_s,
             };
-            evaluator.springs.clone_from(&state.springs);
+            evaluator.forget()?;
             evaluator.evaluate(at, &mut end)?;
             self.update(particles, state, &start, &end, dt_s, &mut motion);
+            for ((mean, start), end) in turning.iter_mut().zip(&state.motion.spins).zip(&motion.spins) {
+                *mean = start * (1.0 - self.phi) + end * self.phi;
+            }
             change = relative_change(&motion.positions, &before, &state.motion.positions);
             if change <= self.tolerance {
                 break;
@@ -81,9 +92,11 @@ impl Trapezoidal {
         if let Some(ratio) = motion.jump(&state.motion.positions, radii) {
             return Ok(Trial::NotConverged(NotConverged { step_factor: (1.0 / ratio).clamp(0.1, 0.9) }));
         }
-        evaluator.refresh(&motion.positions)?;
-        let dissipated = Dissipation::over(&start.dissipation, &end.dissipation, dt_s);
-        Ok(Trial::Converged(Box::new(evaluator.end(motion, end, dissipated, 1, dt_s))))
+        pistons.kick(window.t_s + dt_s, 0.5 * dt_s, &end.on_walls);
+        evaluator.refresh(&motion.positions, &pistons.walls, window.t_s + dt_s)?;
+        let mut dissipated = Dissipation::over(&start.dissipation, &end.dissipation, dt_s);
+        dissipated.pistons = pistons.lost_j;
+        Ok(Trial::Converged(Box::new(evaluator.end((motion, pistons.walls), end, dissipated, (1, dt_s)))))
     }
 
     /// One iterate from the forces at both ends (eqs. 6.23–6.27, spin by 6.2).

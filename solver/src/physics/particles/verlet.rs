@@ -7,6 +7,7 @@ use super::{
     blocks::BLOCK,
     bodies::Bodies,
     forces::{At, Evaluator, Heat},
+    pistons::Pistons,
     state::{Dissipation, Forces, Motion, State, Trial, within},
 };
 use crate::{
@@ -52,24 +53,39 @@ pub(super) fn advance(
     let mut velocities = motion.velocities.clone();
     let mut spins = motion.spins.clone();
     let mut evaluator = Evaluator::new(particles, state, heat);
-    let mut forces = particles.start_forces(state, &mut evaluator, substep_s)?;
+    let mut forces = particles.start_forces(state, &mut evaluator, window.t_s, substep_s)?;
     let mut dissipated = Dissipation::default();
     let kicks = Kicks { bodies: &state.bodies, half_s: 0.5 * substep_s, spin };
+    let mut pistons = Pistons { particles, walls: state.walls.clone(), lost_j: 0.0 };
     for substep in 1..=count as u32 {
+        let before_s = window.t_s + window.dt_s * f64::from(substep - 1) / count;
         if let Some(ratio) = kicks.drift(&forces, &mut motion, &mut velocities, &mut spins) {
             motion.check_finite()?;
             return Ok(Trial::NotConverged(NotConverged { step_factor: (1.0 / (ratio * count)).clamp(0.1, 0.9) }));
         }
+        pistons.drift(before_s, substep_s, &forces.on_walls);
         let dissipation = forces.dissipation;
         let fraction = f64::from(substep) / count;
-        let at =
-            At { positions: &motion.positions, velocities: &velocities, spins: &spins, fraction, step_s: substep_s };
+        let now_s = window.t_s + window.dt_s * fraction;
+        let at = At {
+            positions: &motion.positions,
+            velocities: &velocities,
+            spins: &spins,
+            turning: &motion.spins,
+            walls: &pistons.walls,
+            t_s: now_s,
+            fraction,
+            step_s: substep_s,
+        };
         evaluator.evaluate(at, &mut forces)?;
         kicks.end(&forces, &mut motion);
+        pistons.kick(now_s, 0.5 * substep_s, &forces.on_walls);
         dissipated += Dissipation::over(&dissipation, &forces.dissipation, substep_s);
     }
     motion.check_finite()?;
-    Ok(Trial::Converged(Box::new(evaluator.end(motion, forces, dissipated, count as u32, substep_s))))
+    dissipated.pistons += pistons.lost_j;
+    let end = evaluator.end((motion, pistons.walls), forces, dissipated, (count as u32, substep_s));
+    Ok(Trial::Converged(Box::new(end)))
 }
 
 /// The two halves of a substep.

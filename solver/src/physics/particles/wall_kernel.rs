@@ -9,50 +9,61 @@ use super::{
 };
 
 impl Bed<'_> {
-    /// Adds the loads by the walls.
+    /// Adds the loads by the walls, and those on them.
     pub fn walls<N: Normal, T: Tangential>(self, law: N, tangential: T, task: &mut Task<'_>) -> Dissipation {
-        let Self { particles, places, bodies, materials, step_s, .. } = self;
-        let Task { block, walls, springs, loads, .. } = task;
+        let Self { particles, places, bodies, materials, poses, step_s, .. } = self;
+        let Task { block, walls, springs, loads, on_walls, touches, .. } = task;
         let surface = &particles.surface;
         let mut lost = Dissipation::default();
-        for (entry, wall) in walls.iter().enumerate() {
-            let k = wall.particle as usize;
+        for encounter in &walls.encounters {
+            let k = encounter.particle as usize;
             let i = block.first as usize + k;
+            let wall = encounter.wall as usize;
             let (here, body) = (&places[i], &bodies[i]);
-            let plane = &particles.planes[wall.plane as usize];
-            let overlap = here.radius - plane.distance(&here.position);
-            if overlap <= 0.0 {
-                if T::REMEMBERS {
-                    springs.part_wall(entry);
-                }
-                continue;
-            }
-            let meeting = Meeting {
-                normal: Triple::from(-plane.normal),
-                overlap,
-                length: here.radius,
-                touch: law.wall(overlap, here.radius),
-                modulus: body.modulus,
-                reduced_mass: body.mass,
-                velocity: Triple::from(-body.velocity),
-                rolling: Triple::from(body.spin * here.radius),
-                turning: Triple::from(-body.spin),
-                reduced_inertia: inertia(body.mass, here.radius),
-                spring: Triple::from(if T::REMEMBERS { *springs.wall(entry) } else { Vec3::zeros() }),
-                step_s,
-            };
-            let pair = particles.table.get(materials[i], materials[i]);
-            let response = surface.respond(tangential, pair, &meeting);
-            lost.contact_damping += response.damping_w;
-            lost.friction += response.friction_w;
-            lost.rolling += response.rolling_w;
+            let pose = &poses[wall];
+            touches.clear();
+            let features = &walls.features[encounter.range()];
+            particles.surfaces[wall].touch(&pose.to_wall(&here.position), here.radius, features, touches);
             if T::REMEMBERS {
-                springs.meet_wall(entry, Vec3::from(response.spring));
+                springs.note_walls(encounter.range(), touches.iter().map(|touch| touch.entry as usize));
             }
-            let load = &mut loads[k];
-            load.force += Vec3::from(response.force);
-            if surface.spin {
-                load.moment += Vec3::from(response.couple) * here.radius + Vec3::from(response.resistance);
+            for touch in touches.iter() {
+                let entry = encounter.features.start as usize + touch.entry as usize;
+                let normal = pose.to_world_direction(&touch.normal);
+                let overlap = here.radius - touch.distance;
+                let velocity = pose.velocity_at(&(here.position - normal * touch.distance));
+                let meeting = Meeting {
+                    normal: Triple::from(-normal),
+                    overlap,
+                    length: here.radius,
+                    touch: law.wall(overlap, here.radius),
+                    modulus: body.modulus,
+                    reduced_mass: body.mass,
+                    velocity: Triple::from(velocity - body.velocity),
+                    rolling: Triple::from(body.spin * here.radius),
+                    turning: Triple::from(-body.spin),
+                    reduced_inertia: inertia(body.mass, here.radius),
+                    spring: Triple::from(if T::REMEMBERS { *springs.wall(entry) } else { Vec3::zeros() }),
+                    step_s,
+                };
+                let pair = particles.table.get(materials[i], particles.wall_materials[wall]);
+                let response = surface.respond(tangential, pair, &meeting);
+                lost.contact_damping += response.damping_w;
+                lost.friction += response.friction_w;
+                lost.rolling += response.rolling_w;
+                if T::REMEMBERS {
+                    *springs.wall_mut(entry) = Vec3::from(response.spring);
+                }
+                let load = &mut loads[k];
+                let force = Vec3::from(response.force);
+                load.force += force;
+                if surface.spin {
+                    load.moment += Vec3::from(response.couple) * here.radius + Vec3::from(response.resistance);
+                }
+                on_walls[wall] -= force;
+                if !particles.is_piston(wall) {
+                    lost.walls -= force.dot(&velocity);
+                }
             }
         }
         lost

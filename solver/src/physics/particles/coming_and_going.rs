@@ -1,0 +1,135 @@
+//! Particles that come and go: at the start of a window, from what is committed alone.
+
+use std::f64::consts::PI;
+
+use stagger_messages::Energy;
+
+use super::{
+    Particles, Rows, Vec3,
+    bodies::{Bodies, along_z_curve, cell, reordered},
+    domain::{Body, Moved},
+    lists::Lists,
+    state::{Motion, Register, State},
+};
+use crate::{SolveError, coupling::Window};
+
+/// What a change of the rows did to the energy, in J.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Booked {
+    /// Brought by particles that were poured.
+    pub poured_j: f64,
+    /// Taken by particles that left, with the energy of their contacts.
+    pub removed_j: f64,
+}
+
+impl Particles {
+    /// Whether particles may come or go.
+    pub(super) fn come_and_go(&self) -> bool {
+        !self.settings.pours.is_empty() || self.settings.domain.is_some()
+    }
+
+    /// The state at the start of `window` with the particles that come and without those that go; `None` where none do.
+    ///
+    /// New particles get the last rows; the others move up. Bonds of particles that go break with the next step.
+    pub(super) fn renewed(&self, state: &State, window: Window) -> Result<Option<(State, Booked)>, SolveError> {
+        if !self.come_and_go() {
+            return Ok(None);
+        }
+        let outside = self.settings.domain.map_or_else(Vec::new, |domain| domain.outside(&state.motion.positions));
+        let mut keep = vec![true; state.bodies.len()];
+        for &place in &outside {
+            keep[place] = false;
+        }
+        let kept: Vec<u32> = (0u32..).zip(&keep).filter(|(_, keep)| **keep).map(|(place, _)| place).collect();
+        let mut register = state.register.clone();
+        let (mut bodies, mut motion) = (state.bodies.reordered(&kept), state.motion.reordered(&kept));
+        let mut moduli = reordered(&state.moduli, &kept);
+        bodies.rows = ranks(&bodies.rows);
+        let came = self.pour(window, &mut register, &mut bodies, &mut motion, &mut moduli)?;
+        if outside.is_empty() && came == 0 {
+            return Ok(None);
+        }
+        register.revision += 1;
+
+        let order = along_z_curve(&motion.positions, cell(&bodies));
+        let poured = self.moved(&bodies, &motion, kept.len()..bodies.len());
+        let removed = self.moved(&state.bodies, &state.motion, outside.iter().copied());
+        let (bodies, motion) = (bodies.reordered(&order), motion.reordered(&order));
+        let lists = Lists::build(self, &motion.positions, &bodies.radii, &self.poses(&state.walls, window.t_s))?;
+        let springs = if self.remembers() {
+            let mut places = vec![None; state.bodies.len()];
+            for (place, &from) in (0u32..).zip(&order) {
+                if let Some(&old) = kept.get(from as usize) {
+                    places[old as usize] = Some(place);
+                }
+            }
+            state.lists.hand_over(&state.springs, &lists, |particle| places[particle as usize])
+        } else {
+            lists.no_springs()
+        };
+        let moduli = reordered(&moduli, &order);
+        let rows = Rows { bodies, motion, moduli, lists, springs, bonds: state.bonds.clone() };
+        let renewed = self.state(rows, state.walls.clone(), register, window.t_s, Some(state))?;
+        let sum = |stored: Vec<Energy>| stored.iter().map(|entry| entry.joule).sum::<f64>();
+        let change_j = sum(self.stored(&renewed)?) - sum(self.stored(state)?);
+        let booked = Booked { poured_j: poured.energy_j(), removed_j: poured.energy_j() - change_j };
+        debug_assert_eq!(removed.count as usize, outside.len(), "every particle outside is removed");
+        Ok(Some((renewed, booked)))
+    }
+
+    /// Adds what the dispensers are due to pour; returns how many came.
+    fn pour(
+        &self,
+        window: Window,
+        register: &mut Register,
+        bodies: &mut Bodies,
+        motion: &mut Motion,
+        moduli: &mut Vec<f64>,
+    ) -> Result<usize, SolveError> {
+        let before = bodies.len();
+        for (pour, poured) in self.settings.pours.iter().zip(&mut register.poured) {
+            let due = pour.due(window.t_s, window.dt_s, *poured);
+            for new in pour.place(due, *poured, &motion.positions, &bodies.radii) {
+                *poured += 1;
+                let row = u32::try_from(bodies.len()).map_err(|_| {
+                    SolveError::Mismatch("particles: more of them than 32-bit indices can name; let fewer be poured".into())
+                })?;
+                let mass = 4.0 / 3.0 * PI * new.radius_m.powi(3) * self.settings.materials[0].density_kg_m3;
+                bodies.rows.push(row);
+                bodies.ids.push(register.next_id);
+                bodies.radii.push(new.radius_m);
+                bodies.masses.push(mass);
+                bodies.inertias.push(0.4 * mass * new.radius_m * new.radius_m);
+                bodies.materials.push(0);
+                motion.positions.push(new.position_m);
+                motion.velocities.push(new.velocity_m_s);
+                motion.spins.push(Vec3::zeros());
+                moduli.push(self.modulus(0, self.settings.temperature_k));
+                register.next_id += 1;
+            }
+        }
+        Ok(bodies.len() - before)
+    }
+
+    fn moved(&self, bodies: &Bodies, motion: &Motion, places: impl Iterator<Item = usize>) -> Moved {
+        let body = |place: usize| Body {
+            mass_kg: bodies.masses[place],
+            inertia_kg_m2: bodies.inertias[place],
+            position_m: motion.positions[place],
+            velocity_m_s: motion.velocities[place],
+            spin_1_s: motion.spins[place],
+        };
+        Moved::of(places.map(body), &self.gravity)
+    }
+}
+
+/// The rank of each value among all.
+fn ranks(values: &[u32]) -> Vec<u32> {
+    let mut order: Vec<u32> = (0u32..).take(values.len()).collect();
+    order.sort_unstable_by_key(|&place| values[place as usize]);
+    let mut ranks = vec![0; values.len()];
+    for (rank, place) in (0u32..).zip(order) {
+        ranks[place as usize] = rank;
+    }
+    ranks
+}
