@@ -55,7 +55,7 @@ static MINIMUM: Key = Key::new("minimum", Kind::Number(&LENGTH, Range::POSITIVE)
     .when("distribution", &["log-normal"]);
 static MAXIMUM: Key = Key::new("maximum", Kind::Number(&LENGTH, Range::POSITIVE), "Largest radius; at least the mean.")
     .when("distribution", &["log-normal"]);
-static RADIUS_SECTION: Section = Section {
+pub(super) static RADIUS_SECTION: Section = Section {
     path: "particles.radius",
     doc: "Distribution of radii.",
     example: "{ mean = \"25 um\", spread = \"5 um\" }",
@@ -128,7 +128,8 @@ pub(super) fn read(table: &Table<'_>, materials: &BTreeMap<String, Material>, us
     groups
 }
 
-fn radius(table: &Table<'_>, key: &'static Key) -> Radius {
+/// Reads a distribution of radii.
+pub(super) fn radius(table: &Table<'_>, key: &'static Key) -> Radius {
     let Some(radius) = table.optional_table(key) else { return Radius::Uniform { mean_m: f64::NAN, spread_m: 0.0 } };
     let mean_m = radius.number(&MEAN);
     let distribution = match radius.choice(&DISTRIBUTION) {

@@ -241,7 +241,7 @@ impl Scene {
                 .into_iter()
                 .filter_map(|(name, runs)| runs.then_some(name))
                 .collect();
-        let bodies = particles::Bodies::read(particles, &materials, &walls);
+        let bodies = particles::Bodies::read(particles, &materials, &walls, seed);
         let nodes = nodes::read(root, &NODES, &bodies, |physics| built_in.contains(&physics));
         let second_laser = nodes.values().any(|node| node.optics.is_some());
         // A program under the name of a built-in physics writes what that one would.

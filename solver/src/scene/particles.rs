@@ -14,7 +14,7 @@ use super::{
 };
 use crate::physics::{
     Wall,
-    particles::{Group, Integrator, Radius, Settings, Start},
+    particles::{Group, Integrator, Pour, Settings, Start},
 };
 
 static TEMPERATURE_KEY: Key = Key::new(
@@ -117,6 +117,7 @@ pub(super) struct Bodies<'d> {
     groups: Vec<Group>,
     used: Used,
     start: Option<Start>,
+    pours: Vec<Pour>,
     pub count: usize,
     /// Mean radius of the group with the smallest, in m.
     pub radius_m: f64,
@@ -139,21 +140,23 @@ pub(super) fn property(table: &Table<'_>, material: &(String, Material), name: &
 impl<'d> Bodies<'d> {
     /// Reads what the particles are and where they start. Without `[particles]` there are none, of 316L and a usual size:
     /// that nobody writes their positions is found when the ports are checked.
-    pub fn read(table: Option<Table<'d>>, materials: &BTreeMap<String, Material>, walls: &[Wall]) -> Self {
+    pub fn read(table: Option<Table<'d>>, materials: &BTreeMap<String, Material>, walls: &[Wall], seed: u64) -> Self {
         let mut used = Used::default();
         let Some(table) = table else {
             let material = ("316L".to_owned(), materials.get("316L").copied().unwrap_or_default());
-            let (groups, radius_m, temperature_k) = (Vec::new(), 25e-6, 300.0);
+            let (groups, pours, come_and_go) = (Vec::new(), Vec::new(), false);
+            let (radius_m, temperature_k) = (25e-6, 300.0);
             return Self {
                 table: None,
                 groups,
                 used,
                 start: None,
+                pours,
                 count: 0,
                 radius_m,
                 material,
                 temperature_k,
-                come_and_go: false,
+                come_and_go,
             };
         };
         let material = materials::choose(&table, &MATERIAL, materials);
@@ -177,8 +180,10 @@ impl<'d> Bodies<'d> {
                 starting.and_then(|starting| starting.place(largest_m, walls))
             }
         };
+        let usual = pour::Usual { radius: groups.first().map(|group| group.radius), material: &material, seed };
+        let pours = pour::pours(&table, &POUR, &usual, materials, &mut used);
         let come_and_go = table.is_given(&POUR) || table.is_given(&DOMAIN);
-        Self { table: Some(table), groups, used, start, count, radius_m, material, temperature_k, come_and_go }
+        Self { table: Some(table), groups, used, start, pours, count, radius_m, material, temperature_k, come_and_go }
     }
 
     /// A property of the one material that another physics takes for all particles, reported where it is missing.
@@ -195,7 +200,7 @@ impl<'d> Bodies<'d> {
 
     /// Reads how the particles move.
     pub fn settings(self, walls: &[Wall], seed: u64, thermal_runs: bool) -> Option<Settings> {
-        let Self { table, groups, used, start, material, temperature_k, radius_m, .. } = self;
+        let Self { table, groups, used, start, pours, material, temperature_k, .. } = self;
         let table = table?;
         let mut materials = used.settings(|used| property(&table, used, "density", used.1.density_kg_m3));
         // Everything is read before anything is given up, so that every mistake is found.
@@ -222,13 +227,7 @@ impl<'d> Bodies<'d> {
             table.reject_with(&bonds::BONDS, "bonds need particles that spin", Some("add spin = true".into()));
         }
         let integrator = integrator(&table);
-        let spread_m = match groups.first().map(|group| group.radius) {
-            Some(Radius::Uniform { spread_m, .. }) => spread_m,
-            _ => 0.0,
-        };
-        let density_kg_m3 = materials.first().map_or(f64::NAN, |material| material.density_kg_m3);
-        let usual = pour::Usual { radius_m, spread_m, density_kg_m3, seed };
-        let (pours, domain) = (pour::pours(&table, &POUR, &usual), pour::domain(&table, &DOMAIN));
+        let domain = pour::domain(&table, &DOMAIN);
         table.finish();
         let contact = contact?;
         Some(Settings {

@@ -1,13 +1,15 @@
 //! `[particles.pour.NAME]` and `[particles.domain]`: particles that come and go.
 
-use std::f64::consts::PI;
+use std::{collections::BTreeMap, f64::consts::PI};
 
 use super::{
+    groups::{self, Used},
     key::{Key, Kind, Range, Section},
+    materials::{self, Material},
     reader::Table,
     units::{LENGTH, MASS_FLOW, RATE, SPEED, TIME},
 };
-use crate::physics::particles::{Domain, Pour, PourRegion};
+use crate::physics::particles::{Domain, Pour, PourRegion, Radius};
 
 static BOX: Key = Key::new("box", Kind::Table(&BOX_SECTION), "Box in which particles appear.")
     .or_from("none; a dispenser has a box or a disc");
@@ -21,19 +23,20 @@ static MASS_RATE: Key =
 static FROM: Key = Key::new("from", Kind::Number(&TIME, Range::NOT_NEGATIVE), "When it opens.").or("0 s");
 static UNTIL: Key = Key::new("until", Kind::Number(&TIME, Range::POSITIVE), "When it closes.").or_from("never");
 static LIMIT: Key = Key::new("limit", Kind::Whole(1, 4_000_000_000), "Most particles in all.").or_from("none");
-static RADIUS: Key =
-    Key::new("radius", Kind::Table(&RADIUS_SECTION), "Radius.").or_from("that of the particles of the start");
+static RADIUS: Key = Key::new("radius", Kind::Table(&groups::RADIUS_SECTION), "Radius.").or_from("that of [particles]");
+static MATERIAL: Key =
+    Key::new("material", Kind::Text, "Material, built in or from [materials.NAME].").or_from("that of [particles]");
 static VELOCITY: Key = Key::new("velocity", Kind::Vector(&SPEED), "Velocity of every particle.").or("[0, 0, 0]");
 static SEED: Key = Key::new("seed", Kind::Whole(0, i64::MAX as u64), "Seed of radii and places.")
     .or_from("the scene's; every dispenser draws other numbers from it");
 
 pub(super) static POUR: Section = Section {
     path: "particles.pour.NAME",
-    doc: "A dispenser that pours particles, of the same material as the others, during the run. They appear at the start \
+    doc: "A dispenser that pours particles during the run. They appear at the start \
           of a time step where they overlap nothing; one that finds no room waits for the next step.",
     example: "{ disc = { centre = [0, 0, \"3 mm\"], radius = \"0.5 mm\" }, rate = \"2e5 1/s\" }",
     shorthand: None,
-    keys: &[&BOX, &DISC, &RATE_KEY, &MASS_RATE, &FROM, &UNTIL, &LIMIT, &RADIUS, &VELOCITY, &SEED],
+    keys: &[&BOX, &DISC, &RATE_KEY, &MASS_RATE, &FROM, &UNTIL, &LIMIT, &RADIUS, &MATERIAL, &VELOCITY, &SEED],
 };
 
 static LOWER: Key = Key::new("lower", Kind::Vector(&LENGTH), "Lower corner.");
@@ -56,21 +59,6 @@ static DISC_SECTION: Section = Section {
     keys: &[&CENTRE, &DISC_RADIUS],
 };
 
-static MEAN: Key = Key::new("mean", Kind::Number(&LENGTH, Range::POSITIVE), "Mean radius.");
-static SPREAD: Key = Key::new(
-    "spread",
-    Kind::Number(&LENGTH, Range::NOT_NEGATIVE),
-    "Half width of the uniform distribution about the mean; less than the mean.",
-)
-.or("0");
-static RADIUS_SECTION: Section = Section {
-    path: "particles.pour.NAME.radius",
-    doc: "Distribution of radii.",
-    example: "{ mean = \"25 um\", spread = \"5 um\" }",
-    shorthand: Some(&MEAN),
-    keys: &[&MEAN, &SPREAD],
-};
-
 pub(super) static DOMAIN: Section = Section {
     path: "particles.domain",
     doc: "A box; a particle whose centre is outside at the start of a time step is taken out of the run, and its mass and \
@@ -81,20 +69,37 @@ pub(super) static DOMAIN: Section = Section {
 };
 
 /// What dispensers take from the scene where they do not say otherwise.
-pub(super) struct Usual {
-    pub radius_m: f64,
-    pub spread_m: f64,
-    pub density_kg_m3: f64,
+pub(super) struct Usual<'m> {
+    /// `None` where a file gives the particles of the start.
+    pub radius: Option<Radius>,
+    pub material: &'m (String, Material),
     pub seed: u64,
 }
 
 /// Reads all dispensers, in the order of the file.
-pub(super) fn pours(particles: &Table<'_>, key: &'static Key, usual: &Usual) -> Vec<Pour> {
+pub(super) fn pours(
+    particles: &Table<'_>,
+    key: &'static Key,
+    usual: &Usual<'_>,
+    materials: &BTreeMap<String, Material>,
+    used: &mut Used,
+) -> Vec<Pour> {
     let mut pours = Vec::new();
     for (name, table) in particles.named(key) {
-        let (radius_m, radius_spread_m) = radii(&table).unwrap_or((usual.radius_m, usual.spread_m));
-        let region = region(&table, radius_m + radius_spread_m);
-        let rate_1_s = rate(&table, mean_mass_kg(usual.density_kg_m3, radius_m, radius_spread_m));
+        let radius = match usual.radius {
+            Some(radius) if !table.is_given(&RADIUS) => radius,
+            _ => {
+                if !table.is_given(&RADIUS) {
+                    table.missing(&RADIUS);
+                }
+                groups::radius(&table, &RADIUS)
+            }
+        };
+        let given = table.is_given(&MATERIAL).then(|| materials::choose(&table, &MATERIAL, materials));
+        let (material_name, material) = given.unwrap_or_else(|| usual.material.clone());
+        let material_index = used.index(material_name, material);
+        let region = region(&table, radius.largest_m());
+        let rate_1_s = rate(&table, mean_mass_kg(material.density_kg_m3.unwrap_or(f64::NAN), &radius));
         let (from_s, until_s) = (table.number(&FROM), table.optional_number(&UNTIL).unwrap_or(f64::INFINITY));
         if until_s <= from_s {
             table.reject(&UNTIL, format!("expected a time after it opens, {from_s:e} s, found {until_s:e} s"));
@@ -112,8 +117,8 @@ pub(super) fn pours(particles: &Table<'_>, key: &'static Key, usual: &Usual) -> 
                 from_s,
                 until_s,
                 limit,
-                radius_m,
-                radius_spread_m,
+                radius,
+                material: material_index,
                 velocity_m_s,
                 seed,
             });
@@ -136,16 +141,6 @@ fn corners(table: &Table<'_>) -> [[f64; 3]; 2] {
         table.reject(&UPPER, "expected to lie above the lower corner along every axis");
     }
     [lower, upper]
-}
-
-fn radii(table: &Table<'_>) -> Option<(f64, f64)> {
-    let radius = table.optional_table(&RADIUS)?;
-    let (mean_m, spread_m) = (radius.number(&MEAN), radius.number(&SPREAD));
-    if spread_m >= mean_m {
-        radius.reject(&SPREAD, format!("expected less than the mean, {mean_m:e} m, found {spread_m:e} m"));
-    }
-    radius.finish();
-    Some((mean_m, spread_m))
 }
 
 /// Where particles of up to `largest_m` appear.
@@ -200,15 +195,20 @@ fn rate(table: &Table<'_>, mean_mass_kg: f64) -> f64 {
     }
 }
 
-/// ρ 4/3 π ⟨R³⟩ with R uniform in R̄ ± s: ⟨R³⟩ = R̄ (R̄² + s²), in kg.
-fn mean_mass_kg(density_kg_m3: f64, mean_m: f64, spread_m: f64) -> f64 {
-    density_kg_m3 * 4.0 / 3.0 * PI * mean_m * (mean_m * mean_m + spread_m * spread_m)
+/// ρ 4/3 π ⟨R³⟩ in kg: ⟨R³⟩ = R̄ (R̄² + s²) for R uniform in R̄ ± s, and R̄³ (1 + s²/R̄²)³ for a log-normal R of deviation s
+/// (Johnson, Kotz & Balakrishnan 1994, ch. 14), before limits cut it.
+fn mean_mass_kg(density_kg_m3: f64, radius: &Radius) -> f64 {
+    let cube_m3 = match *radius {
+        Radius::Uniform { mean_m, spread_m } => mean_m * (mean_m * mean_m + spread_m * spread_m),
+        Radius::LogNormal { mean_m, deviation_m, .. } => (mean_m * (1.0 + (deviation_m / mean_m).powi(2))).powi(3),
+    };
+    density_kg_m3 * 4.0 / 3.0 * PI * cube_m3
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::Scene;
-    use crate::physics::particles::PourRegion;
+    use crate::physics::particles::{PourRegion, Radius};
 
     const SCENE: &str = r#"
         duration = "1 ms"
@@ -245,9 +245,19 @@ mod tests {
         // 2 g/s of spheres of 20 µm: ρ 4/3 π R³ each.
         let mass_kg = particles.materials[0].density_kg_m3 * 4.0 / 3.0 * std::f64::consts::PI * 8e-15;
         assert!((hopper.rate_1_s * mass_kg / 2e-3 - 1.0).abs() < 1e-12, "{}", hopper.rate_1_s);
-        assert_eq!((second.rate_1_s, second.limit, second.radius_spread_m, second.seed), (2.0, Some(12), 1e-5, 3));
+        assert_eq!((second.rate_1_s, second.limit, second.seed, second.material), (2.0, Some(12), 3, 0));
+        assert_eq!(second.radius, Radius::Uniform { mean_m: 4e-5, spread_m: 1e-5 });
         assert_eq!(particles.domain.unwrap().upper_m, [1e-3, 1e-3, 4e-3]);
         assert!(scene.thermal.unwrap().reads_ids);
+    }
+
+    #[test]
+    fn a_dispenser_may_pour_another_material() {
+        let scene = SCENE.replace("[thermal]", "").replace("limit = 12", "limit = 12\nmaterial = \"AlSi10Mg\"");
+        let particles = Scene::parse(&scene, "pour.toml", &[]).unwrap().particles.unwrap();
+        let names: Vec<&str> = particles.materials.iter().map(|material| material.name.as_str()).collect();
+        assert_eq!(names, ["316L", "AlSi10Mg"]);
+        assert_eq!([0, 1].map(|pour: usize| particles.pours[pour].material), [0, 1]);
     }
 
     #[test]

@@ -1,9 +1,9 @@
 // Values are read here, not computed: they are equal to the last bit.
 #![allow(clippy::float_cmp)]
 
-use std::collections::BTreeSet;
-
 use proptest::prelude::*;
+
+mod reference;
 
 use super::*;
 use crate::{
@@ -452,100 +452,6 @@ fn overrides_replace_values_and_change_the_hash() {
     assert_eq!(scene.optics.unwrap().model, Model::EnergyBalance);
     assert_ne!(scene.hash, plain.hash);
     assert_eq!(plain.hash, stagger_messages::codec::hash(SHORT.as_bytes()));
-}
-
-/// The reference's path of a value: a name the user chose becomes NAME.
-fn reference_path(path: &str) -> String {
-    let parts: Vec<&str> = path.split('.').collect();
-    match parts.as_slice() {
-        ["nodes", _, "optics", rest @ ..] => {
-            std::iter::once("optics").chain(rest.iter().copied()).collect::<Vec<_>>().join(".")
-        }
-        ["particles", _, "region", rest @ ..] => format!("particles.FIELD.region.{}", rest.join(".")),
-        ["coupling", "fields", _, "acceleration", rest @ ..] => format!("coupling.acceleration.{}", rest.join(".")),
-        ["coupling", "fields", _, rest @ ..] => format!("coupling.fields.NAME.{}", rest.join(".")),
-        ["particles", "pour", _, rest @ ..] => format!("particles.pour.NAME.{}", rest.join(".")),
-        ["coupling", "every", ..] => "coupling.every".into(),
-        [named @ ("walls" | "materials" | "nodes"), _, rest @ ..] => {
-            std::iter::once(*named).chain(["NAME"]).chain(rest.iter().copied()).collect::<Vec<_>>().join(".")
-        }
-        ["particles", "groups", _, "radius", rest @ ..] => format!("particles.radius.{}", rest.join(".")),
-        ["particles", "groups", _, rest @ ..] => format!("particles.groups.NAME.{}", rest.join(".")),
-        ["coupling", "tolerance", ..] => "coupling.tolerance".into(),
-        _ => path.into(),
-    }
-}
-
-#[test]
-fn every_key_of_the_reference_is_read_and_every_value_read_is_in_it() {
-    let pour = "{ a = { disc = { centre = [0, 0, 1], radius = 1 }, mass-rate = 1, from = 1, until = 2, limit = 1, seed = 1 }, \
-                b = { box = { lower = [0, 0, 0], upper = [1, 1, 1] }, rate = 1, radius = \"1 um\" } }";
-    let others: &[&[(&str, &str)]] = &[
-        &[],
-        &[("particles.pour", pour), ("particles.domain", "{ lower = [0, 0, 0], upper = [1, 1, 1] }")],
-        &[
-            ("particles.electromagnetic.charge", "\"1 C/kg\""),
-            (
-                "particles.magnetic",
-                "{ magnetisability = 1, dipole = { at = [0, 0, 0], moment = [0, 0, 1], radius = 1 } }",
-            ),
-        ],
-        &[
-            ("particles.electromagnetic.charge", "{ per-area = 1 }"),
-            ("particles.bonds", "{ stiffness = \"per-area\", normal-stiffness = 1, shear-stiffness = 1 }"),
-        ],
-        &[("particles.electromagnetic.charge", "{ per-volume = 1 }")],
-        &[
-            ("particles.contact", "{ law = \"hertz\", young = \"1 GPa\", poisson = 0.2 }"),
-            ("nodes.heat", "{ command = [\"x\"] }"),
-        ],
-        &[
-            ("particles.integrator", "{ substep = \"1 ns\" }"),
-            ("optics.profile", "{ kind = \"exponential\", decay = 1e4 }"),
-        ],
-        &[("optics.path", "{ kind = \"fixed\", at = [0, 0, 0] }")],
-        &[
-            ("particles.contact", "{ law = \"linear\", spring = \"1e5 N/m\", restitution = 0.5 }"),
-            ("particles.friction", "{ law = \"spring\", stiffness-ratio = 0.3, damping-ratio = 0.1 }"),
-            ("particles.rolling", "{ rolling = 0.1, torsion = 0.1 }"),
-            ("particles.overlap-bond", "{ stiffness = \"1e6 Pa\", strain = 0.02 }"),
-        ],
-        &[("particles.start", "{ kind = \"lattice\", sphere = \"1 mm\" }")],
-        &[("particles.start", "{ cylinder = { radius = \"1 mm\", height = \"1 mm\", axis = \"x\" } }")],
-        &[
-            (
-                "particles",
-                "{ start = { kind = \"file\", path = \"bed.csv\", unit = \"mm\", materials = [\"copper\", \"copper\"] } }",
-            ),
-            ("particles.material", "copper"),
-        ],
-    ];
-    let read: BTreeSet<String> = others
-        .iter()
-        .flat_map(|overrides| parse(FULL, overrides).effective)
-        .map(|value| reference_path(&value.path))
-        .collect();
-    let mut documented = BTreeSet::new();
-    for section in Scene::reference().tree() {
-        for key in section.keys {
-            if !matches!(key.kind, Kind::Table(_) | Kind::Named(_)) {
-                documented.insert([section.path, key.name].join(".").trim_start_matches('.').to_owned());
-            }
-        }
-    }
-    assert_eq!(read, documented);
-}
-
-#[test]
-fn conditions_name_keys_and_words_that_exist() {
-    for section in Scene::reference().tree() {
-        for key in section.keys {
-            let Some((other, values)) = key.when else { continue };
-            let other = section.keys.iter().find(|key| key.name == other).unwrap();
-            let Kind::Choice(words) = other.kind else { panic!("{} is no choice", other.name) };
-            assert!(values.iter().all(|value| words.iter().any(|(word, _)| word == value)), "{}", key.name);
-        }
-    }
 }
 
 proptest! {

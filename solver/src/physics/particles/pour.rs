@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use rand_chacha::{ChaCha8Rng, rand_core::SeedableRng};
 use serde::Serialize;
 
-use super::{Vec3, start::uniform};
+use super::{Radius, Vec3, start::uniform};
 
 /// Places tried for a particle before it waits for the next window: where one place in a hundred is free, seven of
 /// eight particles find one.
@@ -30,10 +30,10 @@ pub struct Pour {
     pub until_s: f64,
     /// Most particles in all; `None` is no limit.
     pub limit: Option<u64>,
-    /// Mean radius R in m; positive.
-    pub radius_m: f64,
-    /// Half width of the uniform distribution of radii about the mean, in m; less than the mean.
-    pub radius_spread_m: f64,
+    /// Radii R.
+    pub radius: Radius,
+    /// Their material, as an index into [`Settings::materials`](super::Settings::materials).
+    pub material: u16,
     /// Velocity of every particle, in m/s.
     pub velocity_m_s: [f64; 3],
     /// Seed of radii and places.
@@ -126,7 +126,7 @@ impl Pour {
         let mut poured = Vec::new();
         for number in poured_so_far..poured_so_far.saturating_add(due) {
             let mut random = self.random(number);
-            let radius_m = self.radius_m + self.radius_spread_m * (2.0 * uniform(&mut random) - 1.0);
+            let radius_m = self.radius.draw(&mut random);
             let mut tried = (0..ATTEMPTS).map(|_| {
                 let random = [uniform(&mut random), uniform(&mut random), uniform(&mut random)];
                 self.region.place(radius_m, random)
@@ -141,7 +141,7 @@ impl Pour {
     /// The particles that reach into the region.
     fn near(&self, positions_m: &[Vec3], radii_m: &[f64]) -> Near {
         let [lower, upper] = self.region.bounds_m();
-        let largest_m = self.radius_m + self.radius_spread_m;
+        let largest_m = self.radius.largest_m();
         let reaches = |position: &Vec3, radius_m: f64| {
             let reach_m = radius_m + largest_m;
             (0..3).all(|axis| position[axis] > lower[axis] - reach_m && position[axis] < upper[axis] + reach_m)
@@ -207,8 +207,8 @@ mod tests {
             from_s: 0.01,
             until_s: 0.05,
             limit: None,
-            radius_m: 0.05,
-            radius_spread_m: 0.02,
+            radius: Radius::Uniform { mean_m: 0.05, spread_m: 0.02 },
+            material: 0,
             velocity_m_s: [0.0, 0.0, -1.0],
             seed: 7,
         }
@@ -278,7 +278,7 @@ mod tests {
     #[test]
     fn a_disc_is_filled_evenly_in_its_plane() {
         let region = PourRegion::Disc { centre_m: [1.0, 2.0, 3.0], radius_m: 1.0 };
-        let disc = Pour { region, radius_m: 1e-3, radius_spread_m: 0.0, ..pour() };
+        let disc = Pour { region, radius: Radius::Uniform { mean_m: 1e-3, spread_m: 0.0 }, ..pour() };
         let poured = disc.place(2000, 0, &[], &[]);
         let distances = poured.iter().map(|it| (it.position_m - Vec3::new(1.0, 2.0, 3.0)).norm());
         let inner = distances.clone().filter(|distance| *distance < 0.5).count();

@@ -1,7 +1,6 @@
 use serde::Serialize;
 
-use super::{Domain, Pour};
-use super::{settings_bonds::BondSettings, settings_fields::FieldForces};
+use super::{Domain, Pour, settings_bonds::BondSettings, settings_fields::FieldForces};
 use crate::physics::Wall;
 
 /// Everything the particle dynamics of a scene depends on. SI units.

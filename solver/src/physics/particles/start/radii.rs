@@ -29,7 +29,7 @@ pub(super) fn draw(groups: &[Group], random: &mut impl RngCore) -> Bodies {
 
 impl Radius {
     /// One radius, in m.
-    fn draw(&self, random: &mut impl RngCore) -> f64 {
+    pub(in super::super) fn draw(&self, random: &mut impl RngCore) -> f64 {
         match *self {
             Self::Uniform { mean_m, spread_m } => mean_m + spread_m * (2.0 * uniform(random) - 1.0),
             Self::LogNormal { mean_m, deviation_m, minimum_m, maximum_m } => {
