@@ -25,7 +25,8 @@ static TEMPERATURE_KEY: Key = Key::new(
 .or("\"300 K\"");
 static CONTACT: Key = Key::new("contact", Kind::Table(&contact::CONTACT), "Normal contact.").or_from("overlap");
 static FRICTION: Key = Key::new("friction", Kind::Table(&contact::FRICTION), "Friction.").or_from("none");
-static PAIRS: Key = Key::new("pairs", Kind::Named(&pairs::PAIR), "Contacts of pairs of materials.").or_from("all alike");
+static PAIRS: Key =
+    Key::new("pairs", Kind::Named(&pairs::PAIR), "Contacts of pairs of materials.").or_from("all alike");
 static ROLLING: Key =
     Key::new("rolling", Kind::Table(&contact::ROLLING), "Resistance to rolling and torsion.").or_from("none");
 static OVERLAP_BOND: Key =

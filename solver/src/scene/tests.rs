@@ -12,7 +12,7 @@ use crate::{
         optics::{Model, Path, Profile},
         particles::{
             Base, BondSettings, BondStiffness, Charge, ContactLaw, Electromagnetic, FieldForces, FieldRegion, Friction,
-            Group, Integrator, Lattice, Magnetic, MagneticSource, Material, NearFieldSettings, Presence, Radius, Start,
+            Group, Integrator, Lattice, Magnetic, MagneticSource, NearFieldSettings, Presence, Radius, Start,
             StartRegion,
         },
         thermal::Conductance,

@@ -92,19 +92,22 @@ impl Particles {
             for new in pour.place(due, *poured, &motion.positions, &bodies.radii) {
                 *poured += 1;
                 let row = u32::try_from(bodies.len()).map_err(|_| {
-                    SolveError::Mismatch("particles: more of them than 32-bit indices can name; let fewer be poured".into())
+                    SolveError::Mismatch(
+                        "particles: more of them than 32-bit indices can name; let fewer be poured".into(),
+                    )
                 })?;
-                let mass = 4.0 / 3.0 * PI * new.radius_m.powi(3) * self.settings.materials[0].density_kg_m3;
+                let density_kg_m3 = self.settings.materials[usize::from(pour.material)].density_kg_m3;
+                let mass = 4.0 / 3.0 * PI * new.radius_m.powi(3) * density_kg_m3;
                 bodies.rows.push(row);
                 bodies.ids.push(register.next_id);
                 bodies.radii.push(new.radius_m);
                 bodies.masses.push(mass);
                 bodies.inertias.push(0.4 * mass * new.radius_m * new.radius_m);
-                bodies.materials.push(0);
+                bodies.materials.push(pour.material);
                 motion.positions.push(new.position_m);
                 motion.velocities.push(new.velocity_m_s);
                 motion.spins.push(Vec3::zeros());
-                moduli.push(self.modulus(0, self.settings.temperature_k));
+                moduli.push(self.modulus(pour.material, self.settings.temperature_k));
                 register.next_id += 1;
             }
         }

@@ -174,9 +174,10 @@ impl Particles {
                     let contact = self.law.wall(overlap, radius);
                     let secant_n_m = at.moduli[i] * contact.secant;
                     let pair = self.table.get(at.bodies.materials[i], self.wall_materials[wall]);
-                    let bond = self.surface.bond.map_or(0.0, |bond| {
-                        bond.energy(overlap, radius, |depth| self.law.wall(depth, radius).area_m2)
-                    });
+                    let bond = self
+                        .surface
+                        .bond
+                        .map_or(0.0, |bond| bond.energy(overlap, radius, |depth| self.law.wall(depth, radius).area_m2));
                     let entry = encounter.features.start as usize + touch.entry as usize;
                     let spring = self.remembers().then(|| springs.wall(entry));
                     found.push(Found {

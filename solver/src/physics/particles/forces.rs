@@ -97,8 +97,12 @@ impl<'a> Evaluator<'a> {
     /// Starts from what `state` holds; without `heat` its moduli stay.
     pub fn new(particles: &'a Particles, state: &'a State, heat: Option<&'a Heat>) -> Self {
         let State { bodies: of, motion, moduli, .. } = state;
-        let bodies = (of.masses.iter().zip(moduli))
-            .map(|(&mass, &modulus)| Body { velocity: Vec3::zeros(), mass, spin: Vec3::zeros(), modulus });
+        let bodies = (of.masses.iter().zip(moduli)).map(|(&mass, &modulus)| Body {
+            velocity: Vec3::zeros(),
+            mass,
+            spin: Vec3::zeros(),
+            modulus,
+        });
         let places = motion.positions.iter().zip(&of.radii).map(|(&position, &radius)| Place { position, radius });
         let sources = particles.fields.near_field.as_ref().map_or_else(Vec::new, |near| {
             let each = of.radii.iter().zip(&of.masses).zip(&of.ids);

@@ -64,12 +64,7 @@ impl Lists {
         &'a self,
         springs: &'a [Springs],
     ) -> impl Iterator<Item = (&'a Block, &'a WallList, &'a Springs)> {
-        self.pairs
-            .blocks
-            .iter()
-            .zip(&self.walls)
-            .zip(springs)
-            .map(|((block, walls), springs)| (block, walls, springs))
+        self.pairs.blocks.iter().zip(&self.walls).zip(springs).map(|((block, walls), springs)| (block, walls, springs))
     }
 
     /// Springs of no contact.

@@ -62,8 +62,8 @@ use self::{
     forces::{At, Evaluator, Heat},
     hertz::Hertz,
     lists::Lists,
-    neighbours::NeighbourList,
     monograph_bond::MonographBond,
+    neighbours::NeighbourList,
     pair_table::PairTable,
     softening::Softening,
     springs::Springs,
@@ -200,11 +200,8 @@ impl Particles {
         let order = along_z_curve(&motion.positions, cell(bodies));
         let (bodies, motion) = (bodies.reordered(&order), motion.reordered(&order));
         let walls = vec![WallState::default(); self.settings.walls.len()];
-        let register = Register {
-            revision: 0,
-            next_id: bodies.len() as u32,
-            poured: vec![0; self.settings.pours.len()],
-        };
+        let register =
+            Register { revision: 0, next_id: bodies.len() as u32, poured: vec![0; self.settings.pours.len()] };
         let moduli: Vec<f64> =
             bodies.materials.iter().map(|&material| self.modulus(material, self.settings.temperature_k)).collect();
         let lists = Lists::build(self, &motion.positions, &bodies.radii, &self.poses(&walls, 0.0))?;
@@ -295,16 +292,7 @@ impl Particles {
         forces: &mut Forces,
     ) -> Result<(), SolveError> {
         let Motion { positions, velocities, spins } = &state.motion;
-        let at = At {
-            positions,
-            velocities,
-            spins,
-            turning: spins,
-            walls: &state.walls,
-            t_s,
-            fraction: 0.0,
-            step_s,
-        };
+        let at = At { positions, velocities, spins, turning: spins, walls: &state.walls, t_s, fraction: 0.0, step_s };
         evaluator.evaluate(at, forces)?;
         evaluator.forget()
     }
@@ -460,17 +448,21 @@ impl Particles {
         })
     }
 
+    /// Vectors in memory order as a field on the rows of `state`.
+    fn vectors(&self, port: &Arc<Port>, state: &State, vectors: &[Vec3]) -> Result<Field, SolveError> {
+        let rows = state.bodies.in_rows(vectors);
+        let values: Vec<f64> = rows.iter().flat_map(|vector| [vector.x, vector.y, vector.z]).collect();
+        Ok(Field::new(port, state.register.revision, values)?)
+    }
+
     /// The fields and the stored energy of `state`.
     fn reply(&self, state: &State) -> Result<Reply, SolveError> {
         let bodies = &state.bodies;
-        let flat = |vectors: &[Vec3]| -> Vec<f64> {
-            bodies.in_rows(vectors).iter().flat_map(|vector| [vector.x, vector.y, vector.z]).collect()
-        };
         let mut fields = Fields::new();
         let revision = state.register.revision;
         let motion = [
-            Field::new(&self.positions, revision, flat(&state.motion.positions))?,
-            Field::new(&self.velocities, revision, flat(&state.motion.velocities))?,
+            self.vectors(&self.positions, state, &state.motion.positions)?,
+            self.vectors(&self.velocities, state, &state.motion.velocities)?,
             Field::new(&self.radii, revision, bodies.in_rows(&bodies.radii))?,
         ];
         if self.come_and_go() {
@@ -554,9 +546,10 @@ impl Physics for Particles {
         match trial {
             Trial::Converged(advanced) => {
                 let (state, mut reply) = self.finish(state, *advanced, heat, window.t_s + window.dt_s)?;
-                if renewed.is_some() {
+                if let Some(renewed) = &renewed {
                     // What the iteration measures its changes from stands on the new rows.
-                    reply.start = self.start_fields(state_at_start)?;
+                    let positions = self.vectors(&self.positions, renewed, &renewed.motion.positions)?;
+                    reply.start.insert(positions.name().into(), positions);
                 }
                 if self.come_and_go() {
                     let Booked { poured_j, removed_j } = booked.unwrap_or_default();

@@ -93,7 +93,10 @@ impl PairTable {
         let of = |material: usize| settings.materials.get(material).and_then(|material| material.poisson);
         let index = |name: &str| {
             names.iter().position(|known| *known == name).ok_or_else(|| {
-                SolveError::Mismatch(format!("particles: no material or wall of a pair is called `{name}`; there are {}", names.join(", ")))
+                SolveError::Mismatch(format!(
+                    "particles: no material or wall of a pair is called `{name}`; there are {}",
+                    names.join(", ")
+                ))
             })
         };
         let count = names.len();

@@ -46,7 +46,8 @@ impl Springs {
             if self.touching_walls[entry] {
                 continue;
             }
-            let left = |before: &usize| self.touching_walls[*before] && touched.clone().all(|now| first + now != *before);
+            let left =
+                |before: &usize| self.touching_walls[*before] && touched.clone().all(|now| first + now != *before);
             if let Some(before) = near.clone().find(left) {
                 self.walls[entry] = std::mem::take(&mut self.walls[before]);
                 self.touching_walls[before] = false;

@@ -20,8 +20,8 @@ fn reference_path(path: &str) -> String {
         [named @ ("walls" | "materials" | "nodes"), _, rest @ ..] => {
             std::iter::once(*named).chain(["NAME"]).chain(rest.iter().copied()).collect::<Vec<_>>().join(".")
         }
-        ["particles", "groups", _, "radius", rest @ ..] => format!("particles.radius.{}", rest.join(".")),
-        ["particles", "groups", _, rest @ ..] => format!("particles.groups.NAME.{}", rest.join(".")),
+        ["particles", "groups" | "pairs", _, "radius", rest @ ..] => format!("particles.radius.{}", rest.join(".")),
+        ["particles", "groups" | "pairs", _, rest @ ..] => format!("particles.groups.NAME.{}", rest.join(".")),
         ["coupling", "tolerance", ..] => "coupling.tolerance".into(),
         _ => path.into(),
     }
@@ -60,6 +60,11 @@ fn every_key_of_the_reference_is_read_and_every_value_read_is_in_it() {
             ("particles.contact", "{ law = \"linear\", spring = \"1e5 N/m\", restitution = 0.5 }"),
             ("particles.friction", "{ law = \"spring\", stiffness-ratio = 0.3, damping-ratio = 0.1 }"),
             ("particles.rolling", "{ rolling = 0.1, torsion = 0.1 }"),
+            (
+                "particles.pairs.own",
+                "{ between = [\"copper\", \"copper\"], damping = 1, restitution = 0.5, static = 0.3, dynamic = 0.2, \
+                 rolling = 0.1, torsion = 0.1 }",
+            ),
             ("particles.overlap-bond", "{ stiffness = \"1e6 Pa\", strain = 0.02 }"),
         ],
         &[("particles.start", "{ kind = \"lattice\", sphere = \"1 mm\" }")],
