@@ -20,8 +20,9 @@ fn reference_path(path: &str) -> String {
         [named @ ("walls" | "materials" | "nodes"), _, rest @ ..] => {
             std::iter::once(*named).chain(["NAME"]).chain(rest.iter().copied()).collect::<Vec<_>>().join(".")
         }
-        ["particles", "groups" | "pairs", _, "radius", rest @ ..] => format!("particles.radius.{}", rest.join(".")),
-        ["particles", "groups" | "pairs", _, rest @ ..] => format!("particles.groups.NAME.{}", rest.join(".")),
+        ["particles", "pairs", _, rest @ ..] => format!("particles.pairs.NAME.{}", rest.join(".")),
+        ["particles", "groups", _, "radius", rest @ ..] => format!("particles.radius.{}", rest.join(".")),
+        ["particles", "groups", _, rest @ ..] => format!("particles.groups.NAME.{}", rest.join(".")),
         ["coupling", "tolerance", ..] => "coupling.tolerance".into(),
         _ => path.into(),
     }
