@@ -75,6 +75,21 @@ fn falling_powder_is_one_physics_that_settles() {
 }
 
 #[test]
+fn mixed_powder_starts_dense_and_settles() {
+    let summary = run(&Pinned {
+        scene: "mixed-powder.toml",
+        counts: [106, 0, 212],
+        means: &[("radii", 2.6923492129170585e-05), ("positions", 6.662241527877591e-05)],
+        imbalance: &[("particles", 5e-3)],
+    });
+    // Fine grains and coarse ones, each within its limits; they hardly move, as there was no room to fall into.
+    let radii = field_of(&summary, "radii");
+    assert!(radii["min"].as_f64().unwrap() >= 15e-6 && radii["max"].as_f64().unwrap() > 50e-6);
+    assert_eq!(radii["rows"], 440);
+    assert!(field_of(&summary, "velocities")["min"].as_f64().unwrap() > -0.05);
+}
+
+#[test]
 fn three_lasers_on_five_nodes_share_one_bed() {
     let summary = run(&Pinned {
         scene: "three-lasers.toml",

@@ -14,7 +14,7 @@ use rand_chacha::rand_core::RngCore;
 use self::flight::Flight;
 use super::{
     super::{StartRegion, Vec3},
-    SequentialAddition, normal, volume,
+    SequentialAddition, uniform, volume,
 };
 use crate::SolveError;
 
@@ -57,7 +57,8 @@ impl Growth<'_> {
                  use a larger box or fewer particles"
             )));
         }
-        let share = (LOOSE / fraction).cbrt().min(1.0);
+        // To three digits: another machine's cube root may differ in the last one, and collisions would amplify that.
+        let share = ((LOOSE / fraction).cbrt().min(1.0) * 1000.0).floor() / 1000.0;
         let region = StartRegion::Box { lower_m: self.lower.into(), upper_m: self.upper.into() };
         let small: Vec<f64> = self.radii.iter().map(|radius| share * radius).collect();
         let positions = SequentialAddition { region: &region, radii: &small }.place(random)?;
@@ -66,7 +67,8 @@ impl Growth<'_> {
         }
         // In units of the mean final diameter, so that speeds of order one are neither tiny nor huge.
         let unit = 2.0 * self.radii.iter().sum::<f64>() / self.radii.len() as f64;
-        let velocities = positions.iter().map(|_| Vec3::from_fn(|_, _| normal(random)[0])).collect();
+        // Collisions soon make a Maxwell distribution of them.
+        let velocities = positions.iter().map(|_| Vec3::from_fn(|_, _| 2.0 * uniform(random) - 1.0)).collect();
         let mut flight = Flight::new(
             extent / unit,
             self.radii.iter().map(|radius| radius / unit).collect(),

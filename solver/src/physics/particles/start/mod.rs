@@ -77,14 +77,6 @@ pub(super) fn uniform(random: &mut impl RngCore) -> f64 {
     (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64
 }
 
-/// A pair of independent numbers of the standard normal distribution (Box & Muller 1958).
-fn normal(random: &mut impl RngCore) -> [f64; 2] {
-    // 1 − u lies in (0, 1], so that the logarithm is finite.
-    let radius = (-2.0 * (1.0 - uniform(random)).ln()).sqrt();
-    let (sine, cosine) = (std::f64::consts::TAU * uniform(random)).sin_cos();
-    [radius * cosine, radius * sine]
-}
-
 /// Volume of all spheres, in m³.
 fn volume(radii: &[f64]) -> f64 {
     radii.iter().map(|radius| 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3)).sum()

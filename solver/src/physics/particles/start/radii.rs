@@ -2,11 +2,15 @@ use rand_chacha::rand_core::RngCore;
 
 use super::{
     super::{Group, Radius},
-    normal, uniform,
+    uniform,
 };
 
 /// Draws of a log-normal radius after which its nearest limit is taken, should hardly any fall between the limits.
 const DRAWS: u32 = 1000;
+
+/// Log-normal radii are rounded to this part of their mean: the functions that make them differ in the last digits from one
+/// machine to another, and a start must not.
+const FINENESS: f64 = (1u64 << 30) as f64;
 
 /// What is to be placed, largest first.
 pub(super) struct Bodies {
@@ -38,7 +42,8 @@ impl Radius {
                 let (location, scale) = (mean_m.ln() - 0.5 * variance, variance.sqrt());
                 let mut radius = mean_m;
                 for _ in 0..DRAWS {
-                    radius = (location + scale * normal(random)[0]).exp();
+                    let drawn = (location + scale * normal(random)).exp() / mean_m;
+                    radius = mean_m * (drawn * FINENESS).round() / FINENESS;
                     if (minimum_m..=maximum_m).contains(&radius) {
                         return radius;
                     }
@@ -64,4 +69,11 @@ impl Radius {
             Self::Uniform { mean_m, .. } | Self::LogNormal { mean_m, .. } => mean_m,
         }
     }
+}
+
+/// A number of the standard normal distribution (Box & Muller 1958).
+fn normal(random: &mut impl RngCore) -> f64 {
+    // 1 − u lies in (0, 1], so that the logarithm is finite.
+    let radius = (-2.0 * (1.0 - uniform(random)).ln()).sqrt();
+    radius * (std::f64::consts::TAU * uniform(random)).cos()
 }
