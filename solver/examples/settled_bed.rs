@@ -4,7 +4,7 @@
 //! friction 0.5 with a tangential spring (Mindlin), d = 1 mm, 2500 kg/m³, E = 10 MPa, ν = 0.3, Δt = 5 µs, gravity, floor and
 //! four side walls. With `heat`, contacts conduct: 100 W/(m K), 500 J/(kg K), solved at the end of every window.
 
-use std::{error::Error, process::ExitCode};
+use std::{error::Error, io::Write as _, process::ExitCode};
 
 use stagger_messages::Fields;
 use stagger_solver::{
@@ -25,7 +25,8 @@ fn main() -> ExitCode {
     match run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {error}");
+            // Nothing is left to be told where standard error is closed.
+            let _ = writeln!(std::io::stderr(), "error: {error}");
             ExitCode::FAILURE
         }
     }
@@ -95,7 +96,6 @@ fn simulate(rows: &[[f64; 6]], width_m: f64, steps: u64, heat: bool) -> Result<(
 
 /// Results, so that what was computed can be compared.
 fn report(fields: &Fields) -> Result<(), Box<dyn Error + Send + Sync>> {
-    use std::io::Write as _;
     let (positions, velocities) = (fields["positions"].f64()?, fields["velocities"].f64()?);
     let mass_kg = 4.0 / 3.0 * std::f64::consts::PI * RADIUS_M.powi(3) * 2500.0;
     let kinetic_j: f64 = velocities.iter().map(|v| 0.5 * mass_kg * v * v).sum();

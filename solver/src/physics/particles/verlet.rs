@@ -88,6 +88,9 @@ pub(super) fn advance(
     Ok(Trial::Converged(Box::new(end)))
 }
 
+/// The same particles of two lists.
+type Pair<'a> = (&'a mut [Vec3], &'a mut [Vec3]);
+
 /// The two halves of a substep.
 struct Kicks<'a> {
     bodies: &'a Bodies,
@@ -100,7 +103,7 @@ impl Kicks<'_> {
     /// Half kick, drift, and the velocities predicted for the substep's end. Returns how many times its radius a particle
     /// moved, where one moved more than that.
     fn drift(&self, forces: &Forces, motion: &mut Motion, velocities: &mut [Vec3], spins: &mut [Vec3]) -> Option<f64> {
-        let chunk = |(chunk, ((positions, at), predicted)): (usize, ((&mut [Vec3], &mut [Vec3]), &mut [Vec3]))| {
+        let chunk = |(chunk, ((positions, at), predicted)): (usize, (Pair<'_>, &mut [Vec3]))| {
             let mut jump: Option<f64> = None;
             for (k, i) in (chunk * BLOCK..chunk * BLOCK + positions.len()).enumerate() {
                 let kick = forces.force[i] * (self.half_s / self.bodies.masses[i]);
@@ -114,7 +117,7 @@ impl Kicks<'_> {
             }
             jump
         };
-        let turn = |(chunk, (at, predicted)): (usize, (&mut [Vec3], &mut [Vec3]))| {
+        let turn = |(chunk, (at, predicted)): (usize, Pair<'_>)| {
             for (k, i) in (chunk * BLOCK..chunk * BLOCK + at.len()).enumerate() {
                 let kick = forces.moment[i] * (self.half_s / self.bodies.inertias[i]);
                 at[k] += kick;
@@ -140,7 +143,7 @@ impl Kicks<'_> {
 
     /// The second half kick.
     fn end(&self, forces: &Forces, motion: &mut Motion) {
-        let kick = |(chunk, (velocities, spins)): (usize, (&mut [Vec3], &mut [Vec3]))| {
+        let kick = |(chunk, (velocities, spins)): (usize, Pair<'_>)| {
             for (k, i) in (chunk * BLOCK..chunk * BLOCK + velocities.len()).enumerate() {
                 velocities[k] += forces.force[i] * (self.half_s / self.bodies.masses[i]);
                 if self.spin {
