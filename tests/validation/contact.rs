@@ -1,6 +1,7 @@
 //! Contact: collisions against Hertz's theory and the monograph's law, settling, rolling, conservation, neighbours and
 //! walls.
 
+mod anderson;
 mod integration;
 
 use std::f64::consts::{FRAC_PI_3, PI};

@@ -104,12 +104,29 @@ static ITERATIONS: Key =
     Key::new("iterations", Kind::Whole(1, 1000), "Iterations after which a smaller step is asked for.")
         .or("20")
         .when("kind", &["trapezoidal"]);
+static ACCELERATION_METHOD: Key = Key::new(
+    "acceleration",
+    Kind::Choice(&[
+        ("none", "the plain iteration, which contracts for steps up to the contacts' critical one"),
+        ("anderson", "Anderson's mixing: fewer iterations, and beyond the critical step too (Walker and Ni 2011)"),
+    ]),
+    "Acceleration of the iteration.",
+)
+.or("\"none\"")
+.when("kind", &["trapezoidal"]);
+static DEPTH: Key = Key::new(
+    "depth",
+    Kind::Whole(1, 50),
+    "Earlier iterations that are mixed; each costs the memory of two sets of velocities.",
+)
+.or("5")
+.when("acceleration", &["anderson"]);
 static INTEGRATOR_SECTION: Section = Section {
     path: "particles.integrator",
     doc: "Time integration of the motion inside a step.",
     example: "{ kind = \"trapezoidal\", phi = 0.5 }",
     shorthand: Some(&INTEGRATOR_KIND),
-    keys: &[&INTEGRATOR_KIND, &SUBSTEP, &PHI, &TOLERANCE, &ITERATIONS],
+    keys: &[&INTEGRATOR_KIND, &SUBSTEP, &PHI, &TOLERANCE, &ITERATIONS, &ACCELERATION_METHOD, &DEPTH],
 };
 
 /// What the other physics need to know of the particles.
@@ -264,6 +281,10 @@ fn integrator(particles: &Table<'_>) -> Option<Integrator> {
             phi: table.number(&PHI),
             tolerance: table.number(&TOLERANCE),
             iterations: table.whole_u32(&ITERATIONS),
+            anderson_depth: match table.choice(&ACCELERATION_METHOD) {
+                "anderson" => table.whole_u32(&DEPTH),
+                _ => 0,
+            },
         },
         _ => Integrator::Verlet { substep_s: table.optional_number(&SUBSTEP) },
     };

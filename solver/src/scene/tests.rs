@@ -45,7 +45,7 @@ friction = { law = "regularised", stiffness = 1e12, static = 0.5, dynamic = 0.2 
 drag = { law = "stokes", viscosity = "2.2e-5 Pa s", velocity = [1, 0, 0] }
 gravity = [0, 0, -1.62]
 spin = true
-integrator = { kind = "trapezoidal", phi = 1, tolerance = 1e-9, iterations = 7 }
+integrator = { kind = "trapezoidal", phi = 1, tolerance = 1e-9, iterations = 7, acceleration = "anderson", depth = 4 }
 skin = 0.2
 
 [particles.bonds]
@@ -237,7 +237,10 @@ fn every_value_of_a_scene_reaches_its_setting() {
     assert_eq!(friction, expected);
     assert_eq!(particles.drag.unwrap().velocity_m_s, [1.0, 0.0, 0.0]);
     assert_eq!((particles.gravity_m_s2, particles.spin, particles.skin), ([0.0, 0.0, -1.62], true, 0.2));
-    assert_eq!(particles.integrator, Integrator::Trapezoidal { phi: 1.0, tolerance: 1e-9, iterations: 7 });
+    assert_eq!(
+        particles.integrator,
+        Integrator::Trapezoidal { phi: 1.0, tolerance: 1e-9, iterations: 7, anderson_depth: 4 }
+    );
     let bonds = BondSettings {
         stiffness: BondStiffness::Beam { young_pa: 2e9, ratio: 3.0 },
         radius_share: 0.5,

@@ -3,7 +3,7 @@
 use super::*;
 
 /// Errors of the first particle's position at `end_s` with windows of end/n, for each n, against n = 51 200.
-fn errors(make: impl Fn(f64) -> Settings, end_s: f64, counts: &[usize]) -> Vec<f64> {
+pub(super) fn errors(make: impl Fn(f64) -> Settings, end_s: f64, counts: &[usize]) -> Vec<f64> {
     let end = |count: usize| {
         let dt_s = end_s / count as f64;
         let (_, reply) = run(&Particles::new(make(dt_s)).unwrap(), count, dt_s, |_, _| ());
@@ -14,7 +14,7 @@ fn errors(make: impl Fn(f64) -> Settings, end_s: f64, counts: &[usize]) -> Vec<f
 }
 
 /// Order of convergence from the errors of successive halvings.
-fn orders(errors: &[f64]) -> Vec<f64> {
+pub(super) fn orders(errors: &[f64]) -> Vec<f64> {
     errors.windows(2).map(|pair| (pair[0] / pair[1]).log2()).collect()
 }
 
@@ -35,7 +35,7 @@ fn verlet_is_of_second_order_with_and_without_damping() {
 #[test]
 fn trapezoidal_is_of_the_order_its_weight_gives() {
     for (phi, expected) in [(0.5, 2.0), (1.0, 1.0)] {
-        let make = |_| monograph(Integrator::Trapezoidal { phi, tolerance: 1e-11, iterations: 60 });
+        let make = |_| monograph(Integrator::Trapezoidal { phi, tolerance: 1e-11, iterations: 60, anderson_depth: 0 });
         let orders = orders(&errors(make, 7e-3, &[200, 400, 800, 1600]));
         assert!(orders.iter().all(|order| (order - expected).abs() < 0.15), "{phi}: {orders:?}");
     }
@@ -165,7 +165,8 @@ fn the_same_bits_for_any_number_of_threads() {
 
 #[test]
 fn solving_again_gives_the_same_bytes() {
-    for integrator in [VERLET, Integrator::Trapezoidal { phi: 0.5, tolerance: 1e-6, iterations: 10 }] {
+    for integrator in [VERLET, Integrator::Trapezoidal { phi: 0.5, tolerance: 1e-6, iterations: 10, anderson_depth: 0 }]
+    {
         let cloud = cloud(4, 2.0, 0.3);
         let mut settings = settings(ContactLaw::Overlap { stiffness_pa: 1e6, exponent: 2.0 }, 1000.0, &cloud);
         settings.integrator = integrator;
@@ -184,7 +185,8 @@ fn solving_again_gives_the_same_bytes() {
 
 #[test]
 fn no_particle_and_one_particle() {
-    for integrator in [VERLET, Integrator::Trapezoidal { phi: 0.5, tolerance: 1e-8, iterations: 5 }] {
+    for integrator in [VERLET, Integrator::Trapezoidal { phi: 0.5, tolerance: 1e-8, iterations: 5, anderson_depth: 0 }]
+    {
         let none = Settings { integrator, ..settings(OVERLAP, 1000.0, &[]) };
         let (_, reply) = run(&Particles::new(none).unwrap(), 2, 0.1, |_, _| ());
         assert!(reply.fields.values().all(|field| field.rows() == 0));
@@ -239,10 +241,10 @@ fn a_window_far_too_long_is_refused_not_wrong() {
         (VERLET, 1e12),
         (Integrator::Verlet { substep_s: Some(1e5) }, 1e5),
         (Integrator::Verlet { substep_s: Some(1e300) }, 1e300),
-        (Integrator::Trapezoidal { phi: 0.5, tolerance: 1e-6, iterations: 10 }, 1e3),
-        (Integrator::Trapezoidal { phi: 1.0, tolerance: 1e-6, iterations: 10 }, 1e300),
+        (Integrator::Trapezoidal { phi: 0.5, tolerance: 1e-6, iterations: 10, anderson_depth: 0 }, 1e3),
+        (Integrator::Trapezoidal { phi: 1.0, tolerance: 1e-6, iterations: 10, anderson_depth: 0 }, 1e300),
         // Short enough to stay in reach, but the fixed point does not contract.
-        (Integrator::Trapezoidal { phi: 0.5, tolerance: 1e-9, iterations: 5 }, 4e-3),
+        (Integrator::Trapezoidal { phi: 0.5, tolerance: 1e-9, iterations: 5, anderson_depth: 0 }, 4e-3),
     ] {
         let spheres = [([-0.045, 0.0, 0.0], [1.0, 0.0, 0.0], 0.05), ([0.045, 0.0, 0.0], [-1.0, 0.0, 0.0], 0.05)];
         let particles = Particles::new(Settings { integrator, ..settings(OVERLAP, 2000.0, &spheres) }).unwrap();
@@ -270,6 +272,9 @@ fn settings_out_of_range_are_refused_by_name() {
     assert!(wrong(&|s| s.materials.clear()).contains("material 0 of 0"));
     assert!(wrong(&|s| s.contact.law = ContactLaw::Hertz { young_pa: 1.0, poisson: 0.6 }).contains("Poisson"));
     assert!(
-        wrong(&|s| s.integrator = Integrator::Trapezoidal { phi: 1.5, tolerance: 1.0, iterations: 1 }).contains("phi")
+        wrong(
+            &|s| s.integrator = Integrator::Trapezoidal { phi: 1.5, tolerance: 1.0, iterations: 1, anderson_depth: 0 }
+        )
+        .contains("phi")
     );
 }

@@ -83,7 +83,7 @@ fn members(integrator: Integrator, phi: f64) -> BTreeMap<String, Box<dyn Partici
 
 fn staggered(phi: f64, duration_s: f64, steps: usize, tolerance: f64) -> State {
     // An increment of a window is some 1e-3 of a position, so that rounding shows at 1e-13 of it.
-    let integrator = Integrator::Trapezoidal { phi, tolerance: 1e-12, iterations: 1000 };
+    let integrator = Integrator::Trapezoidal { phi, tolerance: 1e-12, iterations: 1000, anderson_depth: 0 };
     end(members(integrator, phi), duration_s, steps, tolerance)
 }
 

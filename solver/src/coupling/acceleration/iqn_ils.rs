@@ -102,6 +102,10 @@ impl IqnIls {
             let finite = difference.answered.iter().all(|value| value.is_finite());
             if finite && difference.residual.norm_squared().is_normal() {
                 self.attempt.push_front(Column { difference, dropped: false });
+                if self.reused_steps == 0 {
+                    // Nobody will use the older ones again.
+                    self.attempt.truncate(self.columns);
+                }
             }
         }
     }

@@ -1,6 +1,7 @@
 //! Particle dynamics: contact, damping, friction, drag and gravity of spheres (Zohdi 2018, ch. 6), integrated inside
 //! each coupling window.
 
+mod anderson;
 mod blocks;
 mod bodies;
 pub mod bonds;
@@ -539,8 +540,8 @@ impl Physics for Particles {
         let heat = heat.as_ref();
         let trial = match self.settings.integrator {
             Integrator::Verlet { .. } => verlet::advance(self, state, heat, window)?,
-            Integrator::Trapezoidal { phi, tolerance, iterations } => {
-                Trapezoidal { phi, tolerance, iterations }.advance(self, state, heat, window)?
+            Integrator::Trapezoidal { phi, tolerance, iterations, anderson_depth } => {
+                Trapezoidal { phi, tolerance, iterations, anderson_depth }.advance(self, state, heat, window)?
             }
         };
         match trial {

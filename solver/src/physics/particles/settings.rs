@@ -366,5 +366,7 @@ pub enum Integrator {
         tolerance: f64,
         /// Iterations K_d after which the window is given up.
         iterations: u32,
+        /// Differences of iterates that Anderson's mixing uses (Walker & Ni 2011); 0 is the plain iteration.
+        anderson_depth: u32,
     },
 }

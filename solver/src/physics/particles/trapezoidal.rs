@@ -2,6 +2,7 @@
 
 use super::{
     Particles, Vec3,
+    anderson::Anderson,
     forces::{At, Evaluator, Heat},
     pistons::Pistons,
     state::{Dissipation, Forces, Motion, State, Trial},
@@ -23,14 +24,17 @@ pub(super) struct Trapezoidal {
     pub tolerance: f64,
     /// Iterations K_d.
     pub iterations: u32,
+    /// Differences that Anderson's mixing uses; 0 is the plain iteration.
+    pub anderson_depth: u32,
 }
 
 impl Trapezoidal {
     /// Integrates `window` in one step.
     ///
-    /// Starts from the forces at t. Beyond the critical step of the contacts the iteration does not contract, so that a
-    /// smaller step is asked for at once; where K_d iterations do not reach the tolerance, the step factor is
-    /// Λ = (TOL/ε^K)^{1/(p K_d)} (eqs. 6.31, 6.50 at K = K_d).
+    /// Starts from the forces at t. Beyond the critical step of the contacts the plain iteration does not contract, so that
+    /// a smaller step is asked for at once, while mixed iterates may still converge; where K_d iterations do not reach
+    /// the tolerance, the step factor is Λ = (TOL/ε^K)^{1/(p K_d)} (eqs. 6.31, 6.50 at K = K_d). The change is always that
+    /// from the iterate asked for to the one it gives, and what is kept is the latter: mixing does not touch the result.
     pub fn advance(
         self,
         particles: &Particles,
@@ -39,7 +43,7 @@ impl Trapezoidal {
         window: Window,
     ) -> Result<Trial, SolveError> {
         let dt_s = window.dt_s;
-        if dt_s > state.critical_s {
+        if self.anderson_depth == 0 && dt_s > state.critical_s {
             let step_factor = (state.critical_s / dt_s).clamp(0.1, 0.9);
             return Ok(Trial::NotConverged(NotConverged { step_factor }));
         }
@@ -52,8 +56,10 @@ impl Trapezoidal {
         // A piston's own motion is explicit: its mass is large against the particles'.
         let mut pistons = Pistons { particles, walls: state.walls.clone(), lost_j: 0.0 };
         pistons.drift(window.t_s, dt_s, &start.on_walls);
-        self.update(particles, state, &start, &end, dt_s, &mut motion);
-        let mut before: Vec<Vec3> = motion.positions.clone();
+        self.kick(particles, state, [&start, &end], dt_s, &mut motion);
+        self.drift(state, dt_s, &mut motion);
+        let mut before = motion.clone();
+        let mut anderson = Anderson::new(&state.bodies, particles.settings.spin, self.anderson_depth);
         let mut change = f64::INFINITY;
         for _ in 0..self.iterations {
             if let Some(ratio) = motion.jump(&state.motion.positions, radii) {
@@ -61,7 +67,10 @@ impl Trapezoidal {
                 return Ok(Trial::NotConverged(NotConverged { step_factor }));
             }
             motion.check_finite()?;
-            before.copy_from_slice(&motion.positions);
+            before.clone_from(&motion);
+            for ((mean, start), end) in turning.iter_mut().zip(&state.motion.spins).zip(&motion.spins) {
+                *mean = start * (1.0 - self.phi) + end * self.phi;
+            }
             let at = At {
                 positions: &motion.positions,
                 velocities: &motion.velocities,
@@ -74,13 +83,16 @@ impl Trapezoidal {
             };
             evaluator.forget()?;
             evaluator.evaluate(at, &mut end)?;
-            self.update(particles, state, &start, &end, dt_s, &mut motion);
-            for ((mean, start), end) in turning.iter_mut().zip(&state.motion.spins).zip(&motion.spins) {
-                *mean = start * (1.0 - self.phi) + end * self.phi;
-            }
-            change = relative_change(&motion.positions, &before, &state.motion.positions);
+            self.kick(particles, state, [&start, &end], dt_s, &mut motion);
+            self.drift(state, dt_s, &mut motion);
+            change = relative_change(&motion.positions, &before.positions, &state.motion.positions);
             if change <= self.tolerance {
                 break;
+            }
+            if let Some(anderson) = &mut anderson {
+                motion.check_finite()?;
+                anderson.mix(&before, &mut motion);
+                self.drift(state, dt_s, &mut motion);
             }
         }
         motion.check_finite()?;
@@ -99,27 +111,24 @@ impl Trapezoidal {
         Ok(Trial::Converged(Box::new(evaluator.end((motion, pistons.walls), end, dissipated, (1, dt_s)))))
     }
 
-    /// One iterate from the forces at both ends (eqs. 6.23–6.27, spin by 6.2).
-    fn update(
-        self,
-        particles: &Particles,
-        state: &State,
-        start: &Forces,
-        end: &Forces,
-        dt_s: f64,
-        motion: &mut Motion,
-    ) {
+    /// Velocities and spins at the window's end from the forces at both ends (eqs. 6.23 and 6.2).
+    fn kick(self, particles: &Particles, state: &State, [start, end]: [&Forces; 2], dt_s: f64, motion: &mut Motion) {
         let phi = self.phi;
         for i in 0..motion.positions.len() {
-            let velocity = state.motion.velocities[i];
             let force = end.force[i] * phi + start.force[i] * (1.0 - phi);
-            motion.velocities[i] = velocity + force * (dt_s / state.bodies.masses[i]);
-            let mean_velocity = motion.velocities[i] * phi + velocity * (1.0 - phi);
-            motion.positions[i] = state.motion.positions[i] + mean_velocity * dt_s;
+            motion.velocities[i] = state.motion.velocities[i] + force * (dt_s / state.bodies.masses[i]);
             if particles.settings.spin {
                 let moment = end.moment[i] * phi + start.moment[i] * (1.0 - phi);
                 motion.spins[i] = state.motion.spins[i] + moment * (dt_s / state.bodies.inertias[i]);
             }
+        }
+    }
+
+    /// Positions at the window's end from the velocities at both ends (eq. 6.25).
+    fn drift(self, state: &State, dt_s: f64, motion: &mut Motion) {
+        let from = state.motion.positions.iter().zip(&state.motion.velocities);
+        for ((position, velocity), (start, before)) in motion.positions.iter_mut().zip(&motion.velocities).zip(from) {
+            *position = start + (velocity * self.phi + before * (1.0 - self.phi)) * dt_s;
         }
     }
 }

@@ -70,7 +70,7 @@ pub(super) fn settings(settings: &Settings) -> Result<(), SolveError> {
     settings.walls.iter().try_for_each(Wall::check)?;
     match settings.integrator {
         Integrator::Verlet { substep_s } => substep_s.map_or(Ok(()), |substep_s| positive("substep", substep_s))?,
-        Integrator::Trapezoidal { phi, tolerance, iterations } => {
+        Integrator::Trapezoidal { phi, tolerance, iterations, .. } => {
             check((0.0..=1.0).contains(&phi), "phi", phi, "must lie in [0, 1]")?;
             positive("integrator tolerance", tolerance)?;
             check(iterations > 0, "integrator iterations", f64::from(iterations), "must be positive")?;
