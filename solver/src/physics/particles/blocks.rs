@@ -58,6 +58,12 @@ impl Block {
         self.starts.len().saturating_sub(1)
     }
 
+    /// A pair: particle and partner.
+    #[inline]
+    pub fn pair(&self, entry: usize) -> [u32; 2] {
+        [self.first + self.owners[entry], self.partners[entry]]
+    }
+
     /// Its pairs: particle and partner, in the order of their entries.
     pub fn pairs(&self) -> impl Iterator<Item = [u32; 2]> + '_ {
         self.owners.iter().zip(&self.partners).map(|(owner, &partner)| [self.first + owner, partner])

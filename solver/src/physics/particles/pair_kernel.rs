@@ -158,11 +158,11 @@ impl<N: Normal, T: Tangential> PairKernel<'_, '_, N, T> {
             let touches = (there.position - here.position).norm_squared() < sum * sum;
             entries[count] = entry as u32;
             count += usize::from(touches);
-            if T::REMEMBERS {
-                springs.note(entry, touches);
-            }
         }
         touching.truncate(count);
+        if T::REMEMBERS {
+            springs.keep(touching);
+        }
     }
 
     #[inline(always)]

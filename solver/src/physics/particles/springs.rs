@@ -10,8 +10,8 @@ use super::{Vec3, blocks::Block, wall_list::WallList};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Springs {
     pairs: Vec<Vec3>,
-    /// Whether the pair touched at the last evaluation.
-    touching: Vec<bool>,
+    /// Entries of the pairs that touched at the last evaluation, ascending.
+    touching: Vec<u32>,
     walls: Vec<Vec3>,
     touching_walls: Vec<bool>,
 }
@@ -21,21 +21,26 @@ impl Springs {
     pub fn none(pairs: usize, walls: usize) -> Self {
         Self {
             pairs: vec![Vec3::zeros(); pairs],
-            touching: vec![false; pairs],
+            touching: Vec::new(),
             walls: vec![Vec3::zeros(); walls],
             touching_walls: vec![false; walls],
         }
     }
 
-    /// Takes note whether a pair touches; one that no longer does forgets.
-    #[inline(always)]
-    pub fn note(&mut self, entry: usize, touches: bool) {
-        let parts = self.touching[entry] & !touches;
-        self.touching[entry] = touches;
-        // Rare, so that this branch is foreseen where one on `touches` alone would not be.
-        if parts {
-            self.pairs[entry] = Vec3::zeros();
+    /// Takes note which pairs touch, by their entries in ascending order; one that no longer does forgets.
+    pub fn keep(&mut self, now: &[u32]) {
+        if self.touching == now {
+            return;
         }
+        let mut rest = now.iter().copied().peekable();
+        for &before in &self.touching {
+            while rest.next_if(|&entry| entry < before).is_some() {}
+            if rest.peek() != Some(&before) {
+                self.pairs[before as usize] = Vec3::zeros();
+            }
+        }
+        self.touching.clear();
+        self.touching.extend_from_slice(now);
     }
 
     /// Takes note which features of a wall a particle touches, among those near it. A contact that passes from one
@@ -122,9 +127,10 @@ impl Remembered {
     ) -> Self {
         let (mut pairs, mut walls) = (Vec::new(), Vec::new());
         for (block, wall_list, springs) in blocks {
-            for (entry, [i, j]) in block.pairs().enumerate().filter(|(entry, _)| springs.touching[*entry]) {
+            for &entry in &springs.touching {
+                let [i, j] = block.pair(entry as usize);
                 if let (Some(i), Some(j)) = (place(i), place(j)) {
-                    let spring = springs.pairs[entry];
+                    let spring = springs.pairs[entry as usize];
                     // Seen from the partner, the same spring points the other way.
                     pairs.push(if i < j { (i, (j, spring)) } else { (j, (i, -spring)) });
                 }
@@ -148,7 +154,7 @@ impl Remembered {
             let (low, high) = (i.min(j), i.max(j));
             let known = &self.pairs[self.starts[low as usize] as usize..self.starts[low as usize + 1] as usize];
             if let Some((_, spring)) = known.iter().find(|(partner, _)| *partner == high) {
-                springs.touching[entry] = true;
+                springs.touching.push(entry as u32);
                 springs.pairs[entry] = if i < j { *spring } else { -spring };
             }
         }
