@@ -132,7 +132,7 @@ fn one_mode_needs_one_difference() {
 fn mixing_keeps_the_order_of_the_rule() {
     for (phi, expected) in [(0.5, 2.0), (1.0, 1.0)] {
         let make = |_| monograph(Integrator::Trapezoidal { phi, tolerance: 1e-11, iterations: 60, anderson_depth: 3 });
-        let orders = integration::orders(&integration::errors(make, 7e-3, &[200, 400, 800, 1600]));
+        let orders = orders(&integration::errors(make, 7e-3, &[200, 400, 800, 1600]));
         assert!(orders.iter().all(|order| (order - expected).abs() < 0.15), "{phi}: {orders:?}");
     }
 }

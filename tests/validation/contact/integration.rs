@@ -13,11 +13,6 @@ pub(super) fn errors(make: impl Fn(f64) -> Settings, end_s: f64, counts: &[usize
     counts.iter().map(|&count| (end(count) - reference).abs()).collect()
 }
 
-/// Order of convergence from the errors of successive halvings.
-pub(super) fn orders(errors: &[f64]) -> Vec<f64> {
-    errors.windows(2).map(|pair| (pair[0] / pair[1]).log2()).collect()
-}
-
 #[test]
 fn verlet_is_of_second_order_with_and_without_damping() {
     for damping in [0.0, 1e5] {
@@ -75,7 +70,7 @@ fn elastic_energy_is_kept_to_the_integrators_order() {
     }
 }
 
-fn temperature(values: Vec<f64>) -> Fields {
+pub fn temperature(values: Vec<f64>) -> Fields {
     let port = std::sync::Arc::new(Port::f64("temperature", "K", "particles", 1, Measure::Magnitude));
     [("temperature".into(), Field::new(&port, 0, values).unwrap())].into()
 }

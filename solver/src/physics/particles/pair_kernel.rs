@@ -262,7 +262,7 @@ impl<N: Normal, T: Tangential> PairKernel<'_, '_, N, T> {
             let entry = entry as usize;
             let force = take(&batch.force, lane);
             lost.contact_damping += batch.damping_w.0[lane];
-            if T::ACTS {
+            if T::ACTS || surface.bond.is_some() {
                 lost.friction += batch.friction_w.0[lane];
             }
             if T::REMEMBERS {

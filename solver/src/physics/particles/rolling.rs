@@ -4,19 +4,24 @@ use super::{
     pair_table::PairLaw,
 };
 
+/// Share of the moment that would stop a relative motion within one step that one contact may take. The dozen contacts a
+/// particle has then do not turn it about together, from step to step and for ever.
+const STOPPING_SHARE: f64 = 0.125;
+
 /// Moment in N m on particle i against rolling and torsion: μ a ‖Ψ^n‖ against the relative rolling (Zohdi 2018, eq. 6.18),
 /// and the same with its own coefficient against the relative spin about n; a is the contact radius.
 ///
-/// Neither is larger than what would stop the relative motion within the step: a rolling that has come to rest stays so.
+/// Either ends in a moment in proportion to the motion where that would come to rest within some steps. So rest is reached,
+/// but a moment that acts on is only held at a slow turning, in proportion to the step.
 #[inline(always)]
 pub(super) fn resist<R: Real>(law: &PairLaw<R>, meeting: &Meeting<R>, elastic_n: R) -> Triple<R> {
     let zero = elastic_n.all(0.0);
     let least = zero.all(f64::MIN_POSITIVE);
     let lever_n_m = (meeting.touch.area_m2 * zero.all(std::f64::consts::FRAC_1_PI)).sqrt() * elastic_n;
     let twisting = meeting.normal * meeting.turning.dot(meeting.normal);
+    let stopping = zero.all(STOPPING_SHARE) * meeting.reduced_inertia;
     // A step of zero stops nothing.
-    let stopping_kg_m2_s =
-        R::choose(zero.below(meeting.step_s), meeting.reduced_inertia / meeting.step_s.most(least), zero);
+    let stopping_kg_m2_s = R::choose(zero.below(meeting.step_s), stopping / meeting.step_s.most(least), zero);
     let against = |turning: Triple<R>, coefficient: R| {
         let speed = turning.dot(turning).sqrt();
         let moment_n_m = (coefficient * lever_n_m).least(stopping_kg_m2_s * speed);

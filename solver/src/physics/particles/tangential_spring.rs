@@ -9,7 +9,8 @@ use super::{
 ///
 /// The spring is turned into the plane of contact by projection and stretched by half of v_τ Δt before the force is taken
 /// and by half after it: what is remembered is half a step ahead, which makes its growth the trapezoidal rule's, second order.
-/// Spring and damper together give at most μ_s ‖Ψ^n‖, and slide at μ_d ‖Ψ^n‖, the spring following.
+/// Spring and damper together give at most μ_s ‖Ψ^n‖, and slide at μ_d ‖Ψ^n‖, the spring following as far as it does not
+/// point against them: as the contact closes and k_t grows, it would soon push that way.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TangentialSpring;
 
@@ -32,7 +33,8 @@ impl Tangential for TangentialSpring {
         let share = law.dynamic_friction * slip.pressing_n / squared.most(least).sqrt();
         let force = trial * R::choose(slides, share, zero.all(1.0));
         let compliance = R::choose(zero.below(stiffness_n_m), zero.all(1.0) / stiffness_n_m.most(least), zero);
-        let slid = (force - damping) * compliance;
+        let elastic = force - damping;
+        let slid = elastic * R::choose(elastic.dot(force).below(zero), zero, compliance);
         let left = Triple {
             x: R::choose(slides, slid.x, stretched.x),
             y: R::choose(slides, slid.y, stretched.y),
