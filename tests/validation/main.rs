@@ -8,4 +8,5 @@ mod contact;
 mod coupling;
 mod heat;
 mod light;
+mod settling;
 mod staggering;

@@ -28,7 +28,7 @@ mod tree;
 pub mod units;
 mod walls;
 
-use std::collections::BTreeMap;
+use std::{borrow::Cow, collections::BTreeMap};
 
 pub use files::{Files, ReadFile};
 pub use key::{Fallback, Key, Kind, Range, Section};
@@ -41,7 +41,9 @@ use tree::{Entry, Item, Node};
 use crate::{
     coupling::Settings as CouplingSettings,
     physics::{
-        Wall, optics::Settings as OpticsSettings, particles::Settings as ParticlesSettings,
+        Wall,
+        optics::Settings as OpticsSettings,
+        particles::{Settings as ParticlesSettings, Start},
         thermal::Settings as ThermalSettings,
     },
 };
@@ -218,6 +220,19 @@ impl Scene {
                 Ok(Self { hash: hash(&text, &overrides, &files), text, overrides, files, effective, ..scene })
             }
             _ => Err(fail(mistakes)),
+        }
+    }
+
+    /// The scene with particles that start where they would fall from instead of settling first: the same nodes with the same
+    /// ports, known at once.
+    #[must_use]
+    pub fn without_settling(&self) -> Cow<'_, Self> {
+        match &self.particles {
+            Some(particles @ ParticlesSettings { start: Start::Settle { .. }, .. }) => {
+                let particles = Some(particles.clone().without_settling());
+                Cow::Owned(Self { particles, ..self.clone() })
+            }
+            _ => Cow::Borrowed(self),
         }
     }
 

@@ -244,6 +244,9 @@ impl<'d> Bodies<'d> {
         if bonds.is_some() && !spin {
             table.reject_with(&bonds::BONDS, "bonds need particles that spin", Some("add spin = true".into()));
         }
+        if matches!(start, Some(Start::Settle { .. })) && gravity_m_s2 == [0.0; 3] {
+            table.reject(&GRAVITY, "particles settle under gravity, and there is none");
+        }
         let integrator = integrator(&table);
         let domain = pour::domain(&table, &DOMAIN);
         table.finish();

@@ -8,7 +8,7 @@ use super::{
     materials::{self, Material},
     particle_file,
     reader::Table,
-    units::{self, LENGTH, NUMBER, SPEED},
+    units::{self, LENGTH, NUMBER, SPEED, TIME},
 };
 use crate::physics::{
     Wall,
@@ -31,6 +31,11 @@ static KIND: Key = Key::new(
             "moving and growing between the walls of a box to their size, up to about 0.6 (Lubachevsky and \
                     Stillinger 1990)",
         ),
+        (
+            "settle",
+            "filled in loosely at random, then fallen and come to rest between the walls, touching: 0.55 and denser without \
+             friction",
+        ),
         ("file", "as a file says"),
     ]),
     "How places are chosen.",
@@ -38,21 +43,21 @@ static KIND: Key = Key::new(
 .or("\"sequential-addition\"");
 static BOX: Key = Key::new("box", Kind::Vector(&LENGTH), "Edges of the box that holds the particles.")
     .or_from("one of box, cylinder and sphere is **required**")
-    .when("kind", &["sequential-addition", "lattice", "growth"]);
+    .when("kind", &["sequential-addition", "lattice", "growth", "settle"]);
 static CYLINDER: Key = Key::new("cylinder", Kind::Table(&CYLINDER_SECTION), "The cylinder that holds the particles.")
     .or_from("one of box, cylinder and sphere is **required**")
-    .when("kind", &["sequential-addition", "lattice"]);
+    .when("kind", &["sequential-addition", "lattice", "settle"]);
 static SPHERE: Key =
     Key::new("sphere", Kind::Number(&LENGTH, Range::POSITIVE), "Radius of the sphere that holds the particles.")
         .or_from("one of box, cylinder and sphere is **required**")
-        .when("kind", &["sequential-addition", "lattice"]);
+        .when("kind", &["sequential-addition", "lattice", "settle"]);
 static AT: Key = Key::new(
     "at",
     Kind::Vector(&LENGTH),
     "Lower corner of the box, centre of the cylinder's lower face, or centre of the sphere.",
 )
 .or_from("centred over the origin, floor at z = 0; a lying cylinder begins at the origin")
-.when("kind", &["sequential-addition", "lattice", "growth"]);
+.when("kind", &["sequential-addition", "lattice", "growth", "settle"]);
 static LATTICE: Key = Key::new(
     "lattice",
     Kind::Choice(&[
@@ -94,13 +99,39 @@ static MATERIALS: Key =
         .when("kind", &["file"]);
 static VELOCITY: Key =
     Key::new("velocity", Kind::Vector(&SPEED), "Velocity of every particle, unless a file gives their own.")
-        .or("[0, 0, 0]");
+        .or("[0, 0, 0]")
+        .when("kind", &["sequential-addition", "lattice", "growth", "file"]);
+static UNTIL: Key = Key::new(
+    "until",
+    Kind::Number(&NUMBER, Range::above(0.0, 0.1)),
+    "Mean kinetic energy, over the mean of m g R, at which they are at rest.",
+)
+.or("1e-4")
+.when("kind", &["settle"]);
+static DAMPING: Key = Key::new(
+    "damping",
+    Kind::Number(&NUMBER, Range::within(0.0, 10.0)),
+    "Rate at which velocities decay while they settle, over √(g/R) with the mean radius, beside what contacts lose.",
+)
+.or("0.5")
+.when("kind", &["settle"]);
+static LONGEST: Key = Key::new(
+    "longest",
+    Kind::Number(&TIME, Range::POSITIVE),
+    "Longest time to settle; the scene cannot run where they are not at rest by then. A node settles its particles before \
+     it announces itself: a large bed needs a longer recovery.start.",
+)
+.or_from("50 falls from the top of the filling")
+.when("kind", &["settle"]);
 static SECTION: Section = Section {
     path: "particles.start",
     doc: "Where particles start.",
     example: "{ box = [\"1 mm\", \"1 mm\", \"2 mm\"], velocity = [0, 0, \"-0.5 m/s\"] }",
     shorthand: None,
-    keys: &[&KIND, &BOX, &CYLINDER, &SPHERE, &AT, &LATTICE, &SPACING, &JITTER, &PATH, &UNIT, &MATERIALS, &VELOCITY],
+    keys: &[
+        &KIND, &BOX, &CYLINDER, &SPHERE, &AT, &LATTICE, &SPACING, &JITTER, &PATH, &UNIT, &MATERIALS, &VELOCITY, &UNTIL,
+        &DAMPING, &LONGEST,
+    ],
 };
 
 static CYLINDER_RADIUS: Key = Key::new("radius", Kind::Number(&LENGTH, Range::POSITIVE), "Radius.");
@@ -147,8 +178,20 @@ impl<'d> Starting<'d> {
                 table.reject(key, format!("the {} reaches behind the wall `{}`", key_name(key, &region), wall.name));
             }
         }
-        let velocity_m_s = table.vector(&VELOCITY);
+        let velocity_m_s = if kind == "settle" { [0.0; 3] } else { table.vector(&VELOCITY) };
         let start = match kind {
+            "settle" => {
+                if walls.is_empty() {
+                    let hint = "add at least [walls.floor] with plane = { normal = [0, 0, 1] }";
+                    table.reject_with(&KIND, "particles settle on walls, and there are none", Some(hint.into()));
+                }
+                Start::Settle {
+                    region,
+                    until: table.number(&UNTIL),
+                    damping: table.number(&DAMPING),
+                    longest_s: table.optional_number(&LONGEST),
+                }
+            }
             "lattice" => Start::Lattice {
                 region,
                 lattice: match table.choice(&LATTICE) {

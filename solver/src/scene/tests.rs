@@ -485,6 +485,11 @@ fn every_kind_of_start_reaches_its_setting() {
     assert_eq!(lattice, expected);
     let growth = start("{ kind = \"growth\", box = [1, 2, 3], at = [4, 5, 6] }");
     assert_eq!(growth, Start::Growth { lower_m: [4.0, 5.0, 6.0], upper_m: [5.0, 7.0, 9.0], velocity_m_s });
+    let text = "{ kind = \"settle\", box = [1, 2, 3], at = [4, 5, 6], until = 1e-3, damping = 1, longest = 7 }";
+    let floor = ("walls.floor.plane.normal", "[0, 0, 1]");
+    let settle = parse(SHORT, &[("particles.start", text), floor]).particles.unwrap().start;
+    let region = StartRegion::Box { lower_m: [4.0, 5.0, 6.0], upper_m: [5.0, 7.0, 9.0] };
+    assert_eq!(settle, Start::Settle { region, until: 1e-3, damping: 1.0, longest_s: Some(7.0) });
     let lying = start("{ cylinder = { radius = 0.5, height = 2, axis = \"x\" } }");
     let region = StartRegion::Cylinder { base_m: [0.0, 0.0, 0.5], axis: 0, radius_m: 0.5, height_m: 2.0 };
     assert_eq!(lying, Start::SequentialAddition { region, velocity_m_s });

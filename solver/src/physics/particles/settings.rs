@@ -191,6 +191,18 @@ pub enum Start {
         /// Velocity of every particle, in m/s.
         velocity_m_s: [f64; 3],
     },
+    /// What falls between the walls and comes to rest: a loose filling of the region, made higher against gravity where it is
+    /// too small, and then the particles' own dynamics. They start at rest, and touch each other.
+    Settle {
+        /// What holds the loose filling wholly, before it is made higher.
+        region: StartRegion,
+        /// Mean kinetic energy over the mean of m g R at which they are at rest; positive.
+        until: f64,
+        /// Rate of artificial damping over √(g/R) with the mean radius; not negative.
+        damping: f64,
+        /// Longest time to settle, in s; `None` is 50 falls from the top of the filling.
+        longest_s: Option<f64>,
+    },
     /// Given particles, which may overlap; all lists are of one length.
     Given {
         /// Positions, in m.

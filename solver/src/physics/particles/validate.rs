@@ -103,6 +103,17 @@ fn start(settings: &Settings) -> Result<(), SolveError> {
             place(&lower, &upper, velocity_m_s)?;
         }
         Start::Growth { lower_m, upper_m, velocity_m_s } => place(lower_m, upper_m, velocity_m_s)?,
+        Start::Settle { region, until, damping, longest_s } => {
+            let (lower, upper) = region.bounds();
+            place(&lower, &upper, &[0.0; 3])?;
+            check(*until > 0.0 && until.is_finite(), "the kinetic energy at rest", *until, "must be positive")?;
+            check(*damping >= 0.0 && damping.is_finite(), "damping of settling", *damping, "must not be negative")?;
+            let longest = longest_s.unwrap_or(1.0);
+            check(longest > 0.0 && longest.is_finite(), "longest time to settle", longest, "must be positive")?;
+            if settings.gravity_m_s2 == [0.0; 3] || settings.walls.is_empty() {
+                return fail("to settle, they need gravity, and walls that hold them".into());
+            }
+        }
         Start::Given { .. } => {}
     }
     if let Start::Lattice { spacing, jitter, .. } = settings.start {

@@ -69,6 +69,7 @@ fn every_key_of_the_reference_is_read_and_every_value_read_is_in_it() {
             ("particles.overlap-bond", "{ stiffness = \"1e6 Pa\", strain = 0.02 }"),
         ],
         &[("particles.start", "{ kind = \"lattice\", sphere = \"1 mm\" }")],
+        &[("particles.start", "{ kind = \"settle\", box = [2e-4, 2e-4, 2e-4], longest = 1 }")],
         &[("particles.start", "{ cylinder = { radius = \"1 mm\", height = \"1 mm\", axis = \"x\" } }")],
         &[
             (

@@ -6,13 +6,14 @@ mod lattice;
 mod radii;
 mod region;
 mod sequential_addition;
+mod settle;
 
 use rand_chacha::{
     ChaCha8Rng,
     rand_core::{RngCore, SeedableRng},
 };
 
-use self::{growth::Growth, sequential_addition::SequentialAddition};
+use self::{growth::Growth, sequential_addition::SequentialAddition, settle::Settle};
 use super::{Settings, Start, Vec3};
 use crate::SolveError;
 
@@ -47,6 +48,10 @@ pub fn place(settings: &Settings) -> Result<Placed, SolveError> {
         Start::Growth { lower_m, upper_m, velocity_m_s } => {
             let (lower, upper) = (Vec3::from(*lower_m), Vec3::from(*upper_m));
             (Growth { lower, upper, radii: &bodies.radii }.place(&mut random)?, *velocity_m_s)
+        }
+        Start::Settle { region, until, damping, longest_s } => {
+            let settle = Settle { until: *until, damping: *damping, longest_s: *longest_s };
+            (settle.place(settings, region, &bodies, &mut random)?, [0.0; 3])
         }
         Start::Given { positions_m, velocities_m_s, radii_m, materials } => {
             return Ok(Placed {
