@@ -11,7 +11,7 @@ use super::{bed::*, spin::spins};
 const DENSITY: f64 = 1000.0;
 
 /// Every force between particles at once.
-fn everything(law: ContactLaw, friction: Friction, spheres: &[Sphere]) -> Settings {
+pub fn everything(law: ContactLaw, friction: Friction, spheres: &[Sphere]) -> Settings {
     let mut settings = settings(law, DENSITY, spheres);
     settings.contact.damping_n_s_m3 = 1e3;
     settings.contact.restitution = Some(0.7);
@@ -22,12 +22,12 @@ fn everything(law: ContactLaw, friction: Friction, spheres: &[Sphere]) -> Settin
     settings
 }
 
-const SPRING: Friction =
+pub const SPRING: Friction =
     Friction::Spring { stiffness_ratio: None, damping_ratio: None, static_coefficient: 0.4, dynamic_coefficient: 0.3 };
-const REGULARISED: Friction =
+pub const REGULARISED: Friction =
     Friction::Regularised { stiffness_n_m3: 1e6, static_coefficient: 0.4, dynamic_coefficient: 0.3 };
 
-const LAWS: [ContactLaw; 3] = [
+pub const LAWS: [ContactLaw; 3] = [
     ContactLaw::Overlap { stiffness_pa: 1e6, exponent: 2.0 },
     ContactLaw::Hertz { young_pa: 1e6, poisson: 0.3 },
     ContactLaw::Linear { stiffness_n_m: 1e6 },
@@ -38,7 +38,7 @@ fn cross(a: &[f64], b: &[f64]) -> [f64; 3] {
 }
 
 /// Momentum and angular momentum about the origin, and the sums of their terms' sizes.
-fn momenta(spheres: &[Sphere], state: &State, reply: &Reply) -> [[[f64; 3]; 2]; 2] {
+pub fn momenta(spheres: &[Sphere], state: &State, reply: &Reply) -> [[[f64; 3]; 2]; 2] {
     let (positions, velocities) = (field(reply, "positions"), field(reply, "velocities"));
     let (mut linear, mut angular) = ([[0.0; 3]; 2], [[0.0; 3]; 2]);
     for (i, (sphere, spin)) in spheres.iter().zip(spins(state)).enumerate() {

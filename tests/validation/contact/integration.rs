@@ -136,29 +136,6 @@ fn a_held_temperature_is_booked_as_softening_at_once() {
 }
 
 #[test]
-fn the_same_bits_for_any_number_of_threads() {
-    // 20³ particles in contact with their neighbours: above the size from which threads share the work.
-    let cloud = cloud(20, 1.85, 0.05);
-    let mut settings = settings(ContactLaw::Overlap { stiffness_pa: 1e6, exponent: 2.0 }, 1000.0, &cloud);
-    settings.contact.damping_n_s_m3 = 1e3;
-    settings.friction =
-        Some(Friction::Regularised { stiffness_n_m3: 1e6, static_coefficient: 0.4, dynamic_coefficient: 0.3 });
-    settings.spin = true;
-    let particles = Particles::new(settings).unwrap();
-    let run = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| run(&particles, 3, 2e-3, |_, _| ()).1)
-    };
-    let one = run(1);
-    assert!(one.fields["contact_area"].rows() > 20_000);
-    for threads in [2, 3] {
-        let other = run(threads);
-        assert_eq!(other.fields, one.fields);
-        assert_eq!(other.ledger, one.ledger);
-    }
-}
-
-#[test]
 fn solving_again_gives_the_same_bytes() {
     for integrator in [VERLET, Integrator::Trapezoidal { phi: 0.5, tolerance: 1e-6, iterations: 10, anderson_depth: 0 }]
     {
