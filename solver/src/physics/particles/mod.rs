@@ -8,6 +8,8 @@ pub mod bonds;
 mod coming_and_going;
 mod contact;
 mod contact_list;
+#[cfg(test)]
+mod critical_step_tests;
 mod domain;
 mod drag;
 pub mod fields;
