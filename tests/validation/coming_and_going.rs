@@ -6,6 +6,7 @@
 //! - Heat that particles bring and take is booked: the balance closes to rounding.
 
 mod heat;
+mod motion;
 
 use std::{collections::BTreeMap, sync::Arc};
 

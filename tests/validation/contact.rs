@@ -22,7 +22,10 @@ use stagger_solver::{
     coupling::{Frozen, Physics, Window},
     physics::{
         Shape, Wall,
-        particles::{ContactLaw, Drag, Friction, Group, Integrator, Particles, Radius, Settings, Start, StartRegion},
+        particles::{
+            ContactLaw, Drag, Friction, Group, Integrator, Material, Pair, Particles, Radius, Settings, Start,
+            StartRegion,
+        },
     },
 };
 
@@ -203,4 +206,30 @@ fn a_box_holds_its_particles_and_their_energy() {
 /// A wall that nothing reaches.
 fn floor_below() -> Wall {
     Wall::fixed("below", Shape::plane([0.0, 0.0, -10.0], [0.0, 0.0, 1.0]), None)
+}
+
+#[test]
+fn each_material_has_its_own_restitution_at_a_wall() {
+    let fall = |x: f64| ([x, 0.0, 0.05 + 1e-6], [0.0, 0.0, -1.0], 0.05);
+    let mut settings = settings(OVERLAP, 2000.0, &[fall(0.0), fall(1.0)]);
+    settings.materials.push(Material { name: "other".into(), ..settings.materials[0].clone() });
+    if let Start::Given { materials, .. } = &mut settings.start {
+        materials[1] = 1;
+    }
+    settings.contact.restitution = Some(0.8);
+    settings.pairs = vec![Pair {
+        between: ["other".into(), "floor".into()],
+        damping_n_s_m3: None,
+        restitution: Some(0.4),
+        static_coefficient: None,
+        dynamic_coefficient: None,
+        rolling: None,
+        torsion: None,
+    }];
+    settings.walls = vec![floor()];
+    let (_, reply) = run(&Particles::new(settings).unwrap(), 60, 5e-4, |_, _| ());
+    let velocities = field(&reply, "velocities");
+    // The automatic substep resolves a contact by 25.
+    close(velocities[2], 0.8, 0.02);
+    close(velocities[5], 0.4, 0.02);
 }

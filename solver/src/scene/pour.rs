@@ -20,7 +20,7 @@ static RATE_KEY: Key = Key::new("rate", Kind::Number(&RATE, Range::POSITIVE), "P
 static MASS_RATE: Key =
     Key::new("mass-rate", Kind::Number(&MASS_FLOW, Range::POSITIVE), "Mass per time, on average over the radii.")
         .or_from("none; a dispenser has a rate or a mass-rate");
-static FROM: Key = Key::new("from", Kind::Number(&TIME, Range::NOT_NEGATIVE), "When it opens.").or("0 s");
+static FROM: Key = Key::new("from", Kind::Number(&TIME, Range::NOT_NEGATIVE), "When it opens.").or("0");
 static UNTIL: Key = Key::new("until", Kind::Number(&TIME, Range::POSITIVE), "When it closes.").or_from("never");
 static LIMIT: Key = Key::new("limit", Kind::Whole(1, 4_000_000_000), "Most particles in all.").or_from("none");
 static RADIUS: Key = Key::new("radius", Kind::Table(&groups::RADIUS_SECTION), "Radius.").or_from("that of [particles]");

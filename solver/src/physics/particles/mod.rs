@@ -414,9 +414,8 @@ impl Particles {
         reply.figures.insert("substeps".into(), f64::from(advanced.substeps));
         reply.figures.insert("substep [s]".into(), advanced.substep_s);
         reply.figures.insert("force evaluations".into(), f64::from(advanced.evaluations));
-        if state.critical_s.is_finite() {
-            reply.figures.insert("substep over critical".into(), advanced.substep_s / state.critical_s);
-        }
+        // Without contacts nothing is critical, and this is zero.
+        reply.figures.insert("substep over critical".into(), advanced.substep_s / state.critical_s);
         if self.contact_s.is_finite() {
             reply.figures.insert("shortest contact time over substep".into(), self.contact_s / advanced.substep_s);
         }
@@ -540,15 +539,18 @@ impl Physics for Particles {
         let state = renewed.as_ref().unwrap_or(state);
         let heat = self.heat(frozen, before, state)?;
         let heat = heat.as_ref();
-        let trial = match self.settings.integrator {
-            Integrator::Verlet { .. } => verlet::advance(self, state, heat, window)?,
+        let solved = match self.settings.integrator {
+            Integrator::Verlet { .. } => verlet::solve(self, state, heat, window)?,
             Integrator::Trapezoidal { phi, tolerance, iterations, anderson_depth } => {
-                Trapezoidal { phi, tolerance, iterations, anderson_depth }.advance(self, state, heat, window)?
+                let rule = Trapezoidal { phi, tolerance, iterations, anderson_depth };
+                match rule.advance(self, state, heat, window)? {
+                    Trial::Converged(advanced) => Ok(self.finish(state, *advanced, heat, window.t_s + window.dt_s)?),
+                    Trial::NotConverged(reason) => Err(reason),
+                }
             }
         };
-        match trial {
-            Trial::Converged(advanced) => {
-                let (state, mut reply) = self.finish(state, *advanced, heat, window.t_s + window.dt_s)?;
+        match solved {
+            Ok((state, mut reply)) => {
                 if let Some(renewed) = &renewed {
                     // What the iteration measures its changes from stands on the new rows.
                     let positions = self.vectors(&self.positions, renewed, &renewed.motion.positions)?;
@@ -563,9 +565,7 @@ impl Physics for Particles {
                 Ok((state, reply))
             }
             // The fields of the window's start, so that the reply is whole; nobody may accept them.
-            Trial::NotConverged(reason) => {
-                Ok((before.clone(), Reply { not_converged: Some(reason), ..self.reply(before)? }))
-            }
+            Err(reason) => Ok((before.clone(), Reply { not_converged: Some(reason), ..self.reply(before)? })),
         }
     }
 }
@@ -581,8 +581,7 @@ fn at_start(settings: &Settings) -> Result<(Bodies, Motion), SolveError> {
         ids: (0u32..).take(radii.len()).collect(),
         rows: (0u32..).take(radii.len()).collect(),
         inertias: masses.iter().zip(&radii).map(|(mass, radius)| 0.4 * mass * radius * radius).collect(),
-        // The laws of contact are those of one material.
-        materials: vec![0; radii.len()],
+        materials,
         masses,
         radii,
     };

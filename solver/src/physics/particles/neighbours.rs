@@ -52,6 +52,9 @@ impl NeighbourList {
             let range = first..(first + BLOCK).min(positions.len());
             let (mut starts, mut partners, mut apart) = (vec![0], Vec::new(), Vec::new());
             for i in range {
+                if crowded.load(Ordering::Relaxed) {
+                    break;
+                }
                 let (position, radius) = (&positions[i], radii[i]);
                 let mut see = |j: u32| {
                     let sum = radius + radii[j as usize];
@@ -75,9 +78,6 @@ impl NeighbourList {
                 if partners.len() > PAIRS_LIMIT * BLOCK {
                     // Only ever set on the way to an error.
                     crowded.store(true, Ordering::Relaxed);
-                }
-                if crowded.load(Ordering::Relaxed) {
-                    break;
                 }
             }
             Block::new(first, starts, partners)

@@ -6,6 +6,7 @@ use rand_chacha::{ChaCha8Rng, rand_core::SeedableRng};
 use serde::Serialize;
 
 use super::{Radius, Vec3, start::uniform};
+use crate::{SolveError, physics::checks};
 
 /// Places tried for a particle before it waits for the next window: where one place in a hundred is free, seven of
 /// eight particles find one.
@@ -87,6 +88,12 @@ impl PourRegion {
             }
         }
     }
+
+    /// The corners of that box, all eight.
+    pub(super) fn corners_m(&self) -> [Vec3; 8] {
+        let bounds = self.bounds_m();
+        std::array::from_fn(|corner| Vec3::from_fn(|axis, _| bounds[corner >> axis & 1][axis]))
+    }
 }
 
 /// A particle that a dispenser has put somewhere.
@@ -101,6 +108,25 @@ pub struct Poured {
 }
 
 impl Pour {
+    /// Checks ranges; there are `materials` of them.
+    ///
+    /// # Errors
+    /// [`SolveError::Mismatch`] names the dispenser and the first setting that is not in its range.
+    pub(super) fn check(&self, materials: usize) -> Result<(), SolveError> {
+        let name = format!("dispenser `{}`", self.name);
+        let Self { rate_1_s, from_s, until_s, material, .. } = *self;
+        checks::positive(&name, "its rate", rate_1_s)?;
+        checks::setting(&name, "the time it opens", from_s, from_s.is_finite(), "finite")?;
+        let after = format!("after it opens, {from_s} s");
+        checks::setting(&name, "the time it closes", until_s, until_s > from_s, &after)?;
+        let known = usize::from(material) < materials;
+        checks::setting(&name, "its material", material.into(), known, &format!("one of the {materials} there are"))?;
+        let [lower, upper] = self.region.bounds_m();
+        let numbers = lower.iter().chain(&upper).chain(&self.velocity_m_s);
+        let wrong = numbers.copied().find(|number| !number.is_finite());
+        wrong.map_or(Ok(()), |wrong| checks::setting(&name, "its place or velocity", wrong, false, "finite"))
+    }
+
     /// How many particles are to be put at the start of the window [`t_s`, `t_s + dt_s`], in s: those due until its
     /// end, less those `poured_so_far`, of which some may have waited for room.
     #[must_use]

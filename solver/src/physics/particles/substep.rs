@@ -1,7 +1,9 @@
 //! The automatic substep: a share of the shortest contact time that the start's energy allows.
 
+use std::f64::consts::PI;
+
 use super::{
-    Particles, Vec3,
+    Particles, Pour, Settings, Vec3,
     contact::{Normal as _, Touch},
     quadrature,
     settings::Friction,
@@ -28,7 +30,7 @@ fn impact(mass_kg: f64, speed_m_s: f64, c: f64, q: f64) -> (f64, f64) {
     (2.0 * overlap / speed_m_s * integral, overlap)
 }
 
-/// Time scales of the smallest particle at the reference speed.
+/// Time scales of the smallest particle, of the start or of a dispenser, at the reference speed.
 pub(super) struct TimeScales {
     /// Shortest contact, in s; infinite where nothing moves.
     pub contact_s: f64,
@@ -41,9 +43,13 @@ impl Particles {
     /// over its modulus.
     pub(super) fn time_scales(&self, state: &State, stored_per_modulus: f64) -> TimeScales {
         let none = TimeScales { contact_s: f64::INFINITY, substep_s: f64::INFINITY };
-        let Some(radius) = state.bodies.radii.iter().copied().reduce(f64::min) else { return none };
-        let mass = state.bodies.masses.iter().copied().fold(f64::INFINITY, f64::min);
-        let modulus = state.moduli.iter().copied().fold(0.0, f64::max);
+        let poured = self.poured_bodies();
+        let bodies = || state.bodies.radii.iter().copied().zip(state.bodies.masses.iter().copied());
+        let all = || bodies().chain(poured.iter().copied());
+        let Some(radius) = all().map(|(radius, _)| radius).reduce(f64::min) else { return none };
+        let mass = all().map(|(_, mass)| mass).fold(f64::INFINITY, f64::min);
+        let of_pours = self.settings.pours.iter().map(|pour| self.modulus(pour.material, self.settings.temperature_k));
+        let modulus = state.moduli.iter().copied().chain(of_pours).fold(0.0, f64::max);
         let speed = self.reference_speed(state, stored_per_modulus * modulus / mass);
 
         let (c, q) = self.law.small_pair(radius, radius);
@@ -72,9 +78,8 @@ impl Particles {
         resolve(self.fields.rate_1_s(self.fields.body(radius, mass)));
         if let Some(near) = &self.fields.near_field {
             // The fastest pair in contact: the strongest of all particles as large as the smallest one.
-            let bodies = state.bodies.radii.iter().zip(&state.bodies.masses).zip(&state.bodies.ids);
-            let strongest = bodies
-                .map(|((&radius, &mass), &id)| near.source(self.fields.body(radius, mass), id.into()).abs() / mass)
+            let strongest = all()
+                .map(|(radius, mass)| near.source(self.fields.body(radius, mass), 0).abs() / mass)
                 .fold(0.0f64, f64::max);
             let source = strongest * mass;
             resolve((2.0 * near.stiffness_n_m(2.0 * radius, source, source) / mass).sqrt());
@@ -96,15 +101,31 @@ impl Particles {
         TimeScales { contact_s, substep_s }
     }
 
-    /// √(v² + 2 g H + 2 U/m), or the gas's speed: the start's fastest particle after the deepest fall and the release
-    /// of the most compressed contact.
+    /// Radius in m and mass in kg of the smallest and the largest particle that each dispenser pours.
+    fn poured_bodies(&self) -> Vec<(f64, f64)> {
+        let Settings { pours, materials, .. } = &self.settings;
+        let of_pour = |pour: &Pour| {
+            let density_kg_m3 = materials[usize::from(pour.material)].density_kg_m3;
+            let sizes = [pour.radius.smallest_m(), pour.radius.largest_m()];
+            sizes.map(|radius| (radius, 4.0 / 3.0 * PI * radius.powi(3) * density_kg_m3))
+        };
+        pours.iter().flat_map(of_pour).collect()
+    }
+
+    /// √(v² + 2 g H + 2 U/m), or the speed of the gas or of a wall: the fastest particle of the start and of the dispensers
+    /// after the deepest fall and the release of the most compressed contact.
     fn reference_speed(&self, state: &State, stored_per_kg: f64) -> f64 {
         let Motion { positions, velocities, .. } = &state.motion;
-        let initial = velocities.iter().map(Vec3::norm_squared).fold(0.0, f64::max);
+        let pours = &self.settings.pours;
+        let poured = pours.iter().map(|pour| Vec3::from(pour.velocity_m_s).norm_squared());
+        let initial = velocities.iter().map(Vec3::norm_squared).chain(poured).fold(0.0, f64::max);
         let weight = self.gravity.norm();
-        let fall = if weight > 0.0 { self.fall(positions, &(self.gravity / weight)) } else { 0.0 };
+        let mut places = positions.clone();
+        places.extend(pours.iter().flat_map(|pour| pour.region.corners_m()));
+        let fall = if weight > 0.0 { self.fall(&places, &(self.gravity / weight)) } else { 0.0 };
         let gas = self.settings.drag.map_or(0.0, |drag| Vec3::from(drag.velocity_m_s).norm());
-        (initial + 2.0 * weight * fall + 2.0 * stored_per_kg).sqrt().max(gas)
+        let walls = self.settings.walls.iter().map(|wall| wall.motion.speed_m_s()).fold(0.0, f64::max);
+        (initial + 2.0 * weight * fall + 2.0 * stored_per_kg).sqrt().max(gas).max(walls)
     }
 
     /// Largest way in m along `down` to a wall, or through the cloud where no wall is below.

@@ -1,6 +1,6 @@
 //! Ranges of the settings.
 
-use super::settings::{ContactLaw, Friction, Group, Integrator, Radius, Rolling, Settings, Start};
+use super::settings::{ContactLaw, Friction, Integrator, Radius, Rolling, Settings, Start};
 use crate::{SolveError, physics::Wall};
 
 /// Checks that every setting is in its range.
@@ -68,6 +68,8 @@ pub(super) fn settings(settings: &Settings) -> Result<(), SolveError> {
         finite("gas velocity", &drag.velocity_m_s)?;
     }
     settings.walls.iter().try_for_each(Wall::check)?;
+    settings.pours.iter().try_for_each(|pour| pour.check(settings.materials.len()))?;
+    settings.pours.iter().try_for_each(|pour| radii(&format!("dispenser {}", pour.name), &pour.radius))?;
     match settings.integrator {
         Integrator::Verlet { substep_s } => substep_s.map_or(Ok(()), |substep_s| positive("substep", substep_s))?,
         Integrator::Trapezoidal { phi, tolerance, iterations, .. } => {
@@ -90,7 +92,7 @@ fn start(settings: &Settings) -> Result<(), SolveError> {
             materials.clone()
         }
         _ => {
-            settings.groups.iter().try_for_each(group)?;
+            settings.groups.iter().try_for_each(|group| radii(&group.name, &group.radius))?;
             settings.groups.iter().map(|group| group.material).collect()
         }
     };
@@ -123,8 +125,8 @@ fn start(settings: &Settings) -> Result<(), SolveError> {
     Ok(())
 }
 
-/// Whether the radii of a group are positive and finite.
-fn group(Group { name, radius, .. }: &Group) -> Result<(), SolveError> {
+/// Whether radii are positive and finite.
+fn radii(name: &str, radius: &Radius) -> Result<(), SolveError> {
     let right = match *radius {
         Radius::Uniform { mean_m, spread_m } => mean_m > 0.0 && mean_m.is_finite() && (0.0..mean_m).contains(&spread_m),
         Radius::LogNormal { mean_m, deviation_m, minimum_m, maximum_m } => {

@@ -8,11 +8,11 @@ use super::{
     bodies::Bodies,
     forces::{At, Evaluator, Heat},
     pistons::Pistons,
-    state::{Dissipation, Forces, Motion, State, Trial, within},
+    state::{Advanced, Dissipation, Forces, Motion, State, Trial, within},
 };
 use crate::{
     SolveError,
-    coupling::{NotConverged, Window},
+    coupling::{NotConverged, Reply, Window},
 };
 
 /// More substeps than this in one window are refused: the window is too long, not the machine too slow.
@@ -24,28 +24,84 @@ const SHARE_OF_CRITICAL: f64 = 0.2;
 /// The same as a bound of the scene's own substep: beyond it Verlet still is stable, but a contact gains energy.
 const LARGEST_SHARE_OF_CRITICAL: f64 = 0.5;
 
-/// Integrates `window` with substeps of at most the particles' own bound, and a share of the critical step of the contacts.
-///
-/// The half kick v(t+Δt/2) = v + Δt/2 Ψ(t)/m and the drift are the usual ones. Forces that depend on velocity see the
-/// predicted v + Δt Ψ(t)/m (Groot & Warren 1997 with λ = 1), whose error is second order in Δt, as is then the scheme;
-/// forces at the half-step velocity would make it first order.
-pub(super) fn advance(
+/// More substeps by which a window is solved again where a particle moved more than its radius in one, and how often.
+const REFINEMENT: f64 = 8.0;
+const REFINEMENTS: u32 = 2;
+
+/// The state at the end of `window` and what is said about it; with finer substeps once more where its contacts turn out to
+/// ask for them: those that arise within a window are not foreseen at its start.
+pub(super) fn solve(
     particles: &Particles,
     state: &State,
     heat: Option<&Heat>,
     window: Window,
+) -> Result<Result<(State, Reply), NotConverged>, SolveError> {
+    let mut longest_s = f64::INFINITY;
+    loop {
+        let advanced = match advance(particles, state, heat, window, longest_s)? {
+            Trial::Converged(advanced) => advanced,
+            Trial::NotConverged(reason) => return Ok(Err(reason)),
+        };
+        let substep_s = advanced.substep_s;
+        let (end, reply) = particles.finish(state, *advanced, heat, window.t_s + window.dt_s)?;
+        if substep_s <= LARGEST_SHARE_OF_CRITICAL * end.critical_s {
+            return Ok(Ok((end, reply)));
+        }
+        longest_s = SHARE_OF_CRITICAL * end.critical_s;
+    }
+}
+
+/// Integrates `window` with substeps of at most `longest_s`, the particles' own bound, and a share of the critical step of
+/// the contacts.
+///
+/// The half kick v(t+Δt/2) = v + Δt/2 Ψ(t)/m and the drift are the usual ones. Forces that depend on velocity see the
+/// predicted v + Δt Ψ(t)/m (Groot & Warren 1997 with λ = 1), whose error is second order in Δt, as is then the scheme;
+/// forces at the half-step velocity would make it first order.
+fn advance(
+    particles: &Particles,
+    state: &State,
+    heat: Option<&Heat>,
+    window: Window,
+    longest_s: f64,
 ) -> Result<Trial, SolveError> {
     let share = match particles.settings.integrator {
         Integrator::Verlet { substep_s: Some(_) } => LARGEST_SHARE_OF_CRITICAL,
         _ => SHARE_OF_CRITICAL,
     };
-    let bound_s = particles.substep_s.min(share * state.critical_s);
+    let bound_s = longest_s.min(particles.substep_s).min(share * state.critical_s);
     // The margin keeps a window of exactly ten substeps from taking eleven.
-    let count = (window.dt_s / bound_s - 1e-9).ceil().max(1.0);
-    if count > SUBSTEPS_LIMIT {
-        let step_factor = (SUBSTEPS_LIMIT / count).clamp(0.1, 0.9);
-        return Ok(Trial::NotConverged(NotConverged { step_factor }));
+    let mut count = (window.dt_s / bound_s - 1e-9).ceil().max(1.0);
+    let mut jump = Ok(1.0);
+    for _ in 0..=REFINEMENTS {
+        if count > SUBSTEPS_LIMIT {
+            let step_factor = (SUBSTEPS_LIMIT / count).clamp(0.1, 0.9);
+            return Ok(Trial::NotConverged(NotConverged { step_factor }));
+        }
+        match substeps(particles, state, heat, window, count)? {
+            Course::Ended(advanced) => return Ok(Trial::Converged(advanced)),
+            Course::Jumped(by) => jump = by,
+        }
+        count *= REFINEMENT;
     }
+    let step_factor = (REFINEMENT / (jump? * count)).clamp(0.1, 0.9);
+    Ok(Trial::NotConverged(NotConverged { step_factor }))
+}
+
+/// What becomes of a window with a given number of substeps.
+enum Course {
+    Ended(Box<Advanced>),
+    /// A particle moved more than its radius in a substep: how many radii, or the value that is no number.
+    Jumped(Result<f64, SolveError>),
+}
+
+/// Integrates `window` in `count` substeps.
+fn substeps(
+    particles: &Particles,
+    state: &State,
+    heat: Option<&Heat>,
+    window: Window,
+    count: f64,
+) -> Result<Course, SolveError> {
     let substep_s = window.dt_s / count;
     let spin = particles.settings.spin;
 
@@ -60,8 +116,7 @@ pub(super) fn advance(
     for substep in 1..=count as u32 {
         let before_s = window.t_s + window.dt_s * f64::from(substep - 1) / count;
         if let Some(ratio) = kicks.drift(&forces, &mut motion, &mut velocities, &mut spins) {
-            motion.check_finite()?;
-            return Ok(Trial::NotConverged(NotConverged { step_factor: (1.0 / (ratio * count)).clamp(0.1, 0.9) }));
+            return Ok(Course::Jumped(motion.check_finite().map(|()| ratio)));
         }
         pistons.drift(before_s, substep_s, &forces.on_walls);
         let dissipation = forces.dissipation;
@@ -85,7 +140,7 @@ pub(super) fn advance(
     motion.check_finite()?;
     dissipated.pistons += pistons.lost_j;
     let end = evaluator.end((motion, pistons.walls), forces, dissipated, (count as u32, substep_s));
-    Ok(Trial::Converged(Box::new(end)))
+    Ok(Course::Ended(Box::new(end)))
 }
 
 /// The same particles of two lists.

@@ -122,6 +122,20 @@ impl Motion {
         }
     }
 
+    /// Largest speed of its set displacement, in m/s; zero where it turns, or a force moves it.
+    #[must_use]
+    pub fn speed_m_s(&self) -> f64 {
+        match self {
+            Self::Path(Series { times_s, values }) => {
+                let ways = values.windows(2).map(|pair| (Vec3::from(pair[1]) - Vec3::from(pair[0])).norm());
+                ways.zip(times_s.windows(2)).map(|(way_m, pair)| way_m / (pair[1] - pair[0])).fold(0.0, f64::max)
+            }
+            Self::Constant { velocity_m_s, .. } => Vec3::from(*velocity_m_s).norm(),
+            Self::Oscillation { amplitude_m, frequency_hz, .. } => TAU * frequency_hz * Vec3::from(*amplitude_m).norm(),
+            Self::Fixed | Self::Rotation { .. } | Self::Pressed(_) => 0.0,
+        }
+    }
+
     /// Checks ranges; `wall` names the wall.
     pub(super) fn check(&self, wall: &str) -> Result<(), SolveError> {
         match self {

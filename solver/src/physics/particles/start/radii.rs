@@ -62,6 +62,15 @@ impl Radius {
         }
     }
 
+    /// The smallest radius it can give, in m.
+    #[must_use]
+    pub fn smallest_m(&self) -> f64 {
+        match *self {
+            Self::Uniform { mean_m, spread_m } => mean_m - spread_m,
+            Self::LogNormal { minimum_m, .. } => minimum_m,
+        }
+    }
+
     /// Its mean, before limits cut it, in m.
     #[must_use]
     pub fn mean_m(&self) -> f64 {
