@@ -21,9 +21,18 @@ struct Pinned {
 }
 
 fn run(pinned: &Pinned) -> Value {
+    run_with(pinned, &[])
+}
+
+/// Runs a scene with `--set` for each of `overrides`.
+fn run_with(pinned: &Pinned, overrides: &[&str]) -> Value {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes").join(pinned.scene);
-    let output =
-        Command::new(env!("CARGO_BIN_EXE_stagger")).arg("run").arg(&path).args(["--no-record", "--json"]).output();
+    let output = Command::new(env!("CARGO_BIN_EXE_stagger"))
+        .arg("run")
+        .arg(&path)
+        .args(["--no-record", "--json"])
+        .args(overrides.iter().flat_map(|set| ["--set", *set]))
+        .output();
     let output = output.unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let summary: Value = serde_json::from_slice(&output.stdout).unwrap();
@@ -135,4 +144,51 @@ fn deposition_laser_heats_by_several_hundred_kelvin() {
     let temperature = field_of(&summary, "temperature");
     // Scenario 2: several hundred kelvin.
     assert!((200.0..600.0).contains(&(temperature["mean"].as_f64().unwrap() - 300.0)));
+}
+
+/// Zohdi 2018, section 7.3: a shortened example of electric-deposition.toml.
+fn electric_deposition(field: bool, ionised: bool, duration: &str, accepted: u64, imbalance: f64) -> Value {
+    let mut overrides = vec![duration];
+    if !field {
+        overrides.push("particles.electromagnetic.electric=[0,0,0]");
+    }
+    if !ionised {
+        overrides.push("particles.near-field.ionised=false");
+    }
+    let pinned =
+        Pinned { scene: "electric-deposition.toml", counts: [accepted, 0, 2 * accepted], means: &[], imbalance: &[] };
+    let summary = run_with(&pinned, &overrides);
+    let share = summary["imbalance"]["particles"].as_f64().unwrap().abs();
+    assert!(share <= imbalance, "imbalance of {overrides:?}: {share:e}");
+    let step_s = |name: &str| summary["steps"][name].as_f64().unwrap();
+    assert!((step_s("dt_min_s") - 2.5e-6).abs() < 1e-15, "the first step");
+    assert!((step_s("dt_max_s") - 2.5e-4).abs() < 1e-13, "it grows to its limit");
+    summary
+}
+
+fn rows(summary: &Value, field: &str) -> u64 {
+    field_of(summary, field)["rows"].as_u64().unwrap()
+}
+
+#[test]
+fn an_ionised_stream_draws_together_into_droplets() {
+    let duration = "duration=0.1";
+    // Contacts of 2000 particles: none while they only fall; two a particle and more within droplets.
+    assert_eq!(rows(&electric_deposition(false, false, duration, 410, 1e-12), "contact_pairs"), 0);
+    assert!(rows(&electric_deposition(false, true, duration, 410, 5e-4), "contact_pairs") > 2000);
+    let pairs =
+        [false, true].map(|ionised| rows(&electric_deposition(true, ionised, duration, 410, 5e-3), "contact_pairs"));
+    assert!(pairs[1] > 2 * pairs[0], "{pairs:?}");
+}
+
+#[test]
+fn an_electric_field_makes_the_impact_harder() {
+    // Just after the first contacts; the fastest one is the next to arrive. Without the field v0 + g t bounds the speed, with it
+    // sqrt(v0^2 + 2 (g + 1e4 m/s^2) 4 m) = 283 m/s.
+    let speed = |summary: &Value| -field_of(summary, "velocities")["min"].as_f64().unwrap();
+    let falls = electric_deposition(false, false, "duration=0.48", 1930, 1e-4);
+    let pulled = electric_deposition(true, false, "duration=0.02", 90, 5e-3);
+    assert!(rows(&falls, "wall_contact_pairs") > 0 && rows(&pulled, "wall_contact_pairs") > 0);
+    assert!((speed(&falls) - (1.0 + 9.81 * 0.48)).abs() < 0.01, "{}", speed(&falls));
+    assert!((100.0..283.0).contains(&speed(&pulled)), "{}", speed(&pulled));
 }
