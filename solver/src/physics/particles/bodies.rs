@@ -1,5 +1,7 @@
 //! What the particles are, in the order they have in memory.
 
+use std::f64::consts::PI;
+
 use serde::{Deserialize, Serialize};
 
 use super::Vec3;
@@ -71,6 +73,17 @@ impl Bodies {
     pub fn in_memory<T: Copy>(&self, rows: &[T]) -> Vec<T> {
         self.rows.iter().map(|&row| rows[row as usize]).collect()
     }
+}
+
+/// Mass of a sphere, 4/3 π R³ ρ, in kg.
+pub(super) fn sphere_mass(radius_m: f64, density_kg_m3: f64) -> f64 {
+    4.0 / 3.0 * PI * radius_m.powi(3) * density_kg_m3
+}
+
+/// Moment of inertia of a sphere, 2/5 m R², in kg m².
+#[inline(always)]
+pub(super) fn sphere_inertia(mass_kg: f64, radius_m: f64) -> f64 {
+    0.4 * mass_kg * radius_m * radius_m
 }
 
 /// Cell in m that the memory is sorted by: the mean diameter.

@@ -1,12 +1,10 @@
 //! Particles that come and go: at the start of a window, from what is committed alone.
 
-use std::f64::consts::PI;
-
 use stagger_messages::Energy;
 
 use super::{
     Particles, Rows, Vec3,
-    bodies::{Bodies, along_z_curve, cell, reordered},
+    bodies::{Bodies, along_z_curve, cell, reordered, sphere_inertia, sphere_mass},
     domain::{Body, Moved},
     lists::Lists,
     state::{Motion, Register, State},
@@ -36,6 +34,10 @@ impl Particles {
             return Ok(None);
         }
         let outside = self.settings.domain.map_or_else(Vec::new, |domain| domain.outside(&state.motion.positions));
+        let mut pours = self.settings.pours.iter().zip(&state.register.poured);
+        if outside.is_empty() && pours.all(|(pour, &poured)| pour.due(window.t_s, window.dt_s, poured) == 0) {
+            return Ok(None);
+        }
         let mut keep = vec![true; state.bodies.len()];
         for &place in &outside {
             keep[place] = false;
@@ -53,27 +55,21 @@ impl Particles {
 
         let order = along_z_curve(&motion.positions, cell(&bodies));
         let poured = self.moved(&bodies, &motion, kept.len()..bodies.len());
-        let removed = self.moved(&state.bodies, &state.motion, outside.iter().copied());
         let (bodies, motion) = (bodies.reordered(&order), motion.reordered(&order));
         let lists = Lists::build(self, &motion.positions, &bodies.radii, &self.poses(&state.walls, window.t_s))?;
-        let springs = if self.remembers() {
-            let mut places = vec![None; state.bodies.len()];
-            for (place, &from) in (0u32..).zip(&order) {
-                if let Some(&old) = kept.get(from as usize) {
-                    places[old as usize] = Some(place);
-                }
+        let mut places = vec![None; state.bodies.len()];
+        for (place, &from) in (0u32..).zip(&order) {
+            if let Some(&old) = kept.get(from as usize) {
+                places[old as usize] = Some(place);
             }
-            state.lists.hand_over(&state.springs, &lists, |particle| places[particle as usize])
-        } else {
-            lists.no_springs()
-        };
+        }
+        let springs = self.handed_over(&state.lists, &state.springs, &lists, |particle| places[particle as usize]);
         let moduli = reordered(&moduli, &order);
         let rows = Rows { bodies, motion, moduli, lists, springs, bonds: state.bonds.clone() };
         let renewed = self.state(rows, state.walls.clone(), register, window.t_s, Some(state))?;
         let sum = |stored: Vec<Energy>| stored.iter().map(|entry| entry.joule).sum::<f64>();
         let change_j = sum(self.stored(&renewed)?) - sum(self.stored(state)?);
         let booked = Booked { poured_j: poured.energy_j(), removed_j: poured.energy_j() - change_j };
-        debug_assert_eq!(removed.count as usize, outside.len(), "every particle outside is removed");
         Ok(Some((renewed, booked)))
     }
 
@@ -97,12 +93,12 @@ impl Particles {
                     )
                 })?;
                 let density_kg_m3 = self.settings.materials[usize::from(pour.material)].density_kg_m3;
-                let mass = 4.0 / 3.0 * PI * new.radius_m.powi(3) * density_kg_m3;
+                let mass = sphere_mass(new.radius_m, density_kg_m3);
                 bodies.rows.push(row);
                 bodies.ids.push(register.next_id);
                 bodies.radii.push(new.radius_m);
                 bodies.masses.push(mass);
-                bodies.inertias.push(0.4 * mass * new.radius_m * new.radius_m);
+                bodies.inertias.push(sphere_inertia(mass, new.radius_m));
                 bodies.materials.push(pour.material);
                 motion.positions.push(new.position_m);
                 motion.velocities.push(new.velocity_m_s);

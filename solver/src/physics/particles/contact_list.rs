@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use stagger_messages::{Field, Measure, MessageError, Port};
 
 use super::{
-    PARALLEL_PARTICLES, Particles, Vec3, blocks::Block, bodies::Bodies, contact::Normal as _, lists::Lists,
+    PARALLEL_PARTICLES, Particles, State, Vec3, blocks::Block, bodies::Bodies, contact::Normal as _, lists::Lists,
     pair_table::PairLaw, springs::Springs,
 };
 
@@ -113,9 +113,31 @@ pub(super) struct Snapshot<'a> {
     pub poses: &'a [Pose],
 }
 
+/// The contacts of an instant, and the step that they and the bonds allow.
+pub(super) struct Contacts {
+    pub pairs: ContactList,
+    pub walls: ContactList,
+    pub critical_s: f64,
+}
+
 impl Particles {
+    /// The contacts at an instant, as lists that follow those of `before`; `bonds_1_s` is the largest ω of the bonds.
+    pub(super) fn contacts(
+        &self,
+        at: Snapshot<'_>,
+        before: Option<&State>,
+        bonds_1_s: f64,
+    ) -> Result<Contacts, MessageError> {
+        let (found, found_walls) = (self.find_contacts(at), self.find_wall_contacts(at));
+        Ok(Contacts {
+            pairs: self.contact_ports.list(&found, before.map(|state| &state.contacts))?,
+            walls: self.wall_contact_ports.list(&found_walls, before.map(|state| &state.wall_contacts))?,
+            critical_s: self.critical_step(at.bodies, &found, &found_walls, bonds_1_s),
+        })
+    }
+
     /// Contacts between particles, in the order of the lists, which must hold.
-    pub(super) fn find_contacts(&self, at: Snapshot<'_>) -> Vec<Found> {
+    fn find_contacts(&self, at: Snapshot<'_>) -> Vec<Found> {
         let Snapshot { bodies, positions, moduli, lists, .. } = at;
         let of_block = |(index, block): (usize, &Block)| -> Vec<Found> {
             let find = |(entry, [i, j]): (usize, [u32; 2])| {
@@ -158,7 +180,7 @@ impl Particles {
 
     /// Contacts with walls, in the order of the lists, which must hold; a particle in a corner of one wall has a row for
     /// each of its surfaces.
-    pub(super) fn find_wall_contacts(&self, at: Snapshot<'_>) -> Vec<Found> {
+    fn find_wall_contacts(&self, at: Snapshot<'_>) -> Vec<Found> {
         let mut found = Vec::new();
         let mut touches = Vec::new();
         for (block, walls, springs) in at.lists.blocks(at.springs) {
@@ -205,13 +227,7 @@ impl Particles {
     /// Largest stable step of velocity Verlet, 2/ω, in s; ω² is bounded by the largest sum of 2k/m at a particle
     /// (Gershgorin), which for two particles alone is k/m*. `bonds_1_s` is the largest ω of the bonds. Infinite without
     /// contacts and bonds.
-    pub(super) fn critical_step(
-        &self,
-        bodies: &Bodies,
-        contacts: &[Found],
-        wall_contacts: &[Found],
-        bonds_1_s: f64,
-    ) -> f64 {
+    fn critical_step(&self, bodies: &Bodies, contacts: &[Found], wall_contacts: &[Found], bonds_1_s: f64) -> f64 {
         let mut sums = vec![0.0; bodies.len()];
         let mut on_walls = vec![0.0; self.surfaces.len()];
         for contact in contacts {

@@ -155,11 +155,7 @@ impl<'a> Evaluator<'a> {
             return Ok(());
         }
         let lists = Lists::build(self.particles, positions, radii, &self.poses)?;
-        self.memory.springs = if self.particles.remembers() {
-            self.lists.hand_over(&self.memory.springs, &lists, Some)
-        } else {
-            lists.no_springs()
-        };
+        self.memory.springs = self.particles.handed_over(&self.lists, &self.memory.springs, &lists, Some);
         self.lists = Arc::new(lists);
         self.builds += 1;
         Ok(())

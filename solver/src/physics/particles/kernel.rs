@@ -119,9 +119,3 @@ impl Bed<'_> {
         lost
     }
 }
-
-/// 2/5 m R², in kg m².
-#[inline(always)]
-pub(super) fn inertia(mass_kg: f64, radius_m: f64) -> f64 {
-    0.4 * mass_kg * radius_m * radius_m
-}

@@ -86,3 +86,17 @@ impl Lists {
         }
     }
 }
+
+impl Particles {
+    /// The springs of `from` as those of `to`, none where contacts remember none; `place` says where a particle of the old
+    /// lists is in the new ones, `None` that it is gone.
+    pub(super) fn handed_over(
+        &self,
+        from: &Lists,
+        springs: &[Springs],
+        to: &Lists,
+        place: impl Fn(u32) -> Option<u32>,
+    ) -> Vec<Springs> {
+        if self.remembers() { from.hand_over(springs, to, place) } else { to.no_springs() }
+    }
+}

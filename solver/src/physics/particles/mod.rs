@@ -45,7 +45,7 @@ mod verlet;
 mod wall_kernel;
 mod wall_list;
 
-use std::{f64::consts::PI, sync::Arc};
+use std::sync::Arc;
 
 use stagger_messages::{Energy, Field, Fields, Measure, Port, Ports};
 
@@ -57,7 +57,7 @@ pub use settings_fields::*;
 pub use state::State;
 
 use self::{
-    bodies::{Bodies, along_z_curve, cell},
+    bodies::{Bodies, along_z_curve, cell, sphere_inertia, sphere_mass},
     bonds::{BondModel, Bonds, Spheres},
     coming_and_going::Booked,
     contact::{Law, Surface},
@@ -241,11 +241,11 @@ impl Particles {
             springs: &springs,
             poses: &poses,
         };
-        let (found, found_walls) = (self.find_contacts(at), self.find_wall_contacts(at));
+        let contacts = self.contacts(at, before, self.bond_rate_1_s(&bodies, &motion, &bonds))?;
         let mut state = State {
-            contacts: self.contact_ports.list(&found, before.map(|state| &state.contacts))?,
-            wall_contacts: self.wall_contact_ports.list(&found_walls, before.map(|state| &state.wall_contacts))?,
-            critical_s: self.critical_step(&bodies, &found, &found_walls, self.bond_rate_1_s(&bodies, &motion, &bonds)),
+            contacts: contacts.pairs,
+            wall_contacts: contacts.walls,
+            critical_s: contacts.critical_s,
             forces: Forces::none(bodies.len()),
             near: None,
             bodies: Arc::new(bodies),
@@ -381,14 +381,14 @@ impl Particles {
             springs: &springs,
             poses: &poses,
         };
-        let (found, found_walls) = (self.find_contacts(at), self.find_wall_contacts(at));
         if let Some(model) = &self.bonds {
             model.sinter(&mut bonds, &self.spheres(&bodies, &motion, &[]), lists.pairs.pairs());
         }
+        let contacts = self.contacts(at, Some(from), self.bond_rate_1_s(&bodies, &motion, &bonds))?;
         let state = State {
-            contacts: self.contact_ports.list(&found, Some(&from.contacts))?,
-            wall_contacts: self.wall_contact_ports.list(&found_walls, Some(&from.wall_contacts))?,
-            critical_s: self.critical_step(&bodies, &found, &found_walls, self.bond_rate_1_s(&bodies, &motion, &bonds)),
+            contacts: contacts.pairs,
+            wall_contacts: contacts.walls,
+            critical_s: contacts.critical_s,
             bodies,
             motion,
             forces,
@@ -432,11 +432,8 @@ impl Particles {
         }
         let (bodies, motion) = (state.bodies.reordered(&order), state.motion.reordered(&order));
         let lists = Lists::build(self, &motion.positions, &bodies.radii, &self.poses(&state.walls, t_s))?;
-        let springs = if self.remembers() {
-            state.lists.hand_over(&state.springs, &lists, |particle| Some(places[particle as usize]))
-        } else {
-            lists.no_springs()
-        };
+        let springs =
+            self.handed_over(&state.lists, &state.springs, &lists, |particle| Some(places[particle as usize]));
         Ok(State {
             forces: state.forces.reordered(&order),
             moduli: bodies::reordered(&state.moduli, &order),
@@ -574,13 +571,12 @@ impl Physics for Particles {
 fn at_start(settings: &Settings) -> Result<(Bodies, Motion), SolveError> {
     let Placed { positions, velocities, radii, materials } = start::place(settings)?;
     let density = |material: &u16| settings.materials[usize::from(*material)].density_kg_m3;
-    let masses: Vec<f64> = (radii.iter().zip(&materials))
-        .map(|(radius, material)| 4.0 / 3.0 * PI * radius.powi(3) * density(material))
-        .collect();
+    let masses: Vec<f64> =
+        (radii.iter().zip(&materials)).map(|(&radius, material)| sphere_mass(radius, density(material))).collect();
     let bodies = Bodies {
         ids: (0u32..).take(radii.len()).collect(),
         rows: (0u32..).take(radii.len()).collect(),
-        inertias: masses.iter().zip(&radii).map(|(mass, radius)| 0.4 * mass * radius * radius).collect(),
+        inertias: masses.iter().zip(&radii).map(|(&mass, &radius)| sphere_inertia(mass, radius)).collect(),
         materials,
         masses,
         radii,

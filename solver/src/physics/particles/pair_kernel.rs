@@ -7,8 +7,9 @@ use pulp::{Simd, WithSimd};
 
 use super::{
     Vec3,
+    bodies::sphere_inertia,
     contact::{Meeting, Normal, Tangential, reduced},
-    kernel::{Bed, Body, Task, inertia},
+    kernel::{Bed, Body, Task},
     lanes::{LANES, Lanes, Real, Triple},
     pair_table::PairLaw,
     state::Dissipation,
@@ -188,8 +189,8 @@ impl<N: Normal, T: Tangential> PairKernel<'_, '_, N, T> {
             }
             if particles.surface.rolls {
                 put(&mut batch.turning, lane, &(partner.spin - body.spin));
-                batch.inertias[0].0[lane] = inertia(body.mass, here.radius);
-                batch.inertias[1].0[lane] = inertia(partner.mass, there.radius);
+                batch.inertias[0].0[lane] = sphere_inertia(body.mass, here.radius);
+                batch.inertias[1].0[lane] = sphere_inertia(partner.mass, there.radius);
             }
             if T::REMEMBERS {
                 put(&mut batch.spring, lane, self.task.springs.pair(entry));

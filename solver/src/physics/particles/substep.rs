@@ -1,9 +1,8 @@
 //! The automatic substep: a share of the shortest contact time that the start's energy allows.
 
-use std::f64::consts::PI;
-
 use super::{
     Particles, Pour, Settings, Vec3,
+    bodies::sphere_mass,
     contact::{Normal as _, Touch},
     quadrature,
     settings::Friction,
@@ -107,7 +106,7 @@ impl Particles {
         let of_pour = |pour: &Pour| {
             let density_kg_m3 = materials[usize::from(pour.material)].density_kg_m3;
             let sizes = [pour.radius.smallest_m(), pour.radius.largest_m()];
-            sizes.map(|radius| (radius, 4.0 / 3.0 * PI * radius.powi(3) * density_kg_m3))
+            sizes.map(|radius| (radius, sphere_mass(radius, density_kg_m3)))
         };
         pours.iter().flat_map(of_pour).collect()
     }

@@ -2,8 +2,9 @@
 
 use super::{
     Vec3,
+    bodies::sphere_inertia,
     contact::{Meeting, Normal, Tangential},
-    kernel::{Bed, Task, inertia},
+    kernel::{Bed, Task},
     lanes::Triple,
     state::Dissipation,
 };
@@ -42,7 +43,7 @@ impl Bed<'_> {
                     velocity: Triple::from(velocity - body.velocity),
                     rolling: Triple::from(body.spin * here.radius),
                     turning: Triple::from(-body.spin),
-                    reduced_inertia: inertia(body.mass, here.radius),
+                    reduced_inertia: sphere_inertia(body.mass, here.radius),
                     spring: Triple::from(if T::REMEMBERS { *springs.wall(entry) } else { Vec3::zeros() }),
                     step_s,
                 };
