@@ -19,6 +19,18 @@ const DARK: f64 = 0.16;
 /// Colour of what has no value: a neutral grey.
 pub const NO_VALUE: [u8; 3] = [0x9a, 0x9a, 0x9a];
 
+/// How values are laid over the colour map.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scale {
+    /// Evenly.
+    Linear,
+    /// By their logarithm, over so many decades below the largest as [`DECADES`] says, or from the smallest.
+    Decades,
+}
+
+/// Decades that are told apart: what is smaller is as good as nothing beside the largest.
+const DECADES: i32 = 4;
+
 /// A range of values laid over the colour map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range {
@@ -61,15 +73,37 @@ impl Range {
         self.min > self.max
     }
 
+    /// Value at the dark end of the colours.
+    pub fn low(&self, scale: Scale) -> f64 {
+        match scale {
+            Scale::Linear => self.min,
+            Scale::Decades => self.min.max(self.max * 0.1f64.powi(DECADES)),
+        }
+    }
+
     /// Place of a value in the range, from 0 to 1; 0 where all values are equal.
-    pub fn fraction(&self, value: f64) -> f64 {
-        let width = self.max - self.min;
-        if width > 0.0 { ((value - self.min) / width).clamp(0.0, 1.0) } else { 0.0 }
+    pub fn fraction(&self, value: f64, scale: Scale) -> f64 {
+        let low = self.low(scale);
+        let (above, width) = match scale {
+            Scale::Linear => (value - low, self.max - low),
+            Scale::Decades if low > 0.0 => ((value / low).max(f64::MIN_POSITIVE).ln(), (self.max / low).ln()),
+            Scale::Decades => (0.0, 0.0),
+        };
+        if width > 0.0 { (above / width).clamp(0.0, 1.0) } else { 0.0 }
+    }
+
+    /// Value at a place in the range: the other way round.
+    pub fn value(&self, fraction: f64, scale: Scale) -> f64 {
+        let low = self.low(scale);
+        match scale {
+            Scale::Decades if low > 0.0 => low * (self.max / low).powf(fraction),
+            _ => low + fraction * (self.max - low),
+        }
     }
 
     /// Colour of a value; grey where it is no number.
-    pub fn colour(&self, value: f64) -> [u8; 3] {
-        if value.is_nan() { NO_VALUE } else { colour(self.fraction(value)) }
+    pub fn colour(&self, value: f64, scale: Scale) -> [u8; 3] {
+        if value.is_nan() { NO_VALUE } else { colour(self.fraction(value, scale)) }
     }
 }
 
@@ -110,9 +144,21 @@ mod tests {
     #[test]
     fn values_that_are_all_equal_or_no_numbers_have_a_colour() {
         let range = Range { min: 300.0, max: 300.0 };
-        assert_eq!(range.colour(300.0), colour(0.0));
-        assert_eq!(range.colour(f64::NAN), NO_VALUE);
-        assert_eq!(Range { min: 0.0, max: 1.0 }.colour(f64::INFINITY), colour(1.0));
+        assert_eq!(range.colour(300.0, Scale::Linear), colour(0.0));
+        assert_eq!(range.colour(f64::NAN, Scale::Linear), NO_VALUE);
+        assert_eq!(Range { min: 0.0, max: 1.0 }.colour(f64::INFINITY, Scale::Linear), colour(1.0));
+        let nothing = Range { min: 0.0, max: 0.0 };
+        assert_eq!(nothing.colour(0.0, Scale::Decades), colour(0.0));
+    }
+
+    #[test]
+    fn decades_are_laid_evenly_and_what_is_below_them_is_dark() {
+        let range = Range { min: 0.0, max: 1e6 };
+        for (value, fraction) in [(0.0, 0.0), (1.0, 0.0), (1e3, 0.25), (1e4, 0.5), (1e6, 1.0)] {
+            assert!((range.fraction(value, Scale::Decades) - fraction).abs() < 1e-12, "{value}");
+        }
+        assert!((range.value(0.5, Scale::Decades) / 1e4 - 1.0).abs() < 1e-12);
+        assert!((range.value(0.5, Scale::Linear) - 5e5).abs() < 1e-6);
     }
 
     #[test]

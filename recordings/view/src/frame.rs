@@ -1,9 +1,13 @@
-//! What is drawn of one state of a run: particles, contacts, beam; lengths in a unit that suits their size.
+//! What is drawn of one state of a run: particles, contacts, beam, rays, stress in the ground; lengths in a unit that suits
+//! their size.
 
-use stagger_messages::{Field, Fields};
+use stagger_messages::Fields;
 use stagger_recordings::Step;
 
-use crate::colour::Range;
+use crate::{
+    grid::Grid,
+    layers::{Layers, On, f64s},
+};
 
 /// Size at which particles are drawn among their contacts.
 const CONTACTS_SIZE: f64 = 0.4;
@@ -11,6 +15,9 @@ const CONTACTS_SIZE: f64 = 0.4;
 const HEADROOM: f64 = 0.4;
 /// Height that powder which is going to fall is given in the view, in its widths.
 const FALL: f64 = 1.2;
+
+/// Fields with paths of rays.
+const RAYS: [&str; 2] = ["ray_paths", "acoustic_paths"];
 
 /// A unit of length in which the scene measures neither thousands nor thousandths: viewers are made for metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,26 +41,17 @@ impl LengthUnit {
     }
 }
 
-/// The quantity that colours the particles.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Quantity {
-    /// Its name.
-    pub name: &'static str,
-    /// Its unit.
-    pub unit: &'static str,
-}
-
 /// What holds for all pictures of a run.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Overview {
-    /// The quantity that colours the particles, where there is one.
-    pub quantity: Option<Quantity>,
-    /// Its range.
-    pub range: Range,
+    /// The quantities that colour, with their ranges.
+    pub layers: Layers,
     /// Unit of length of the pictures.
     pub unit: LengthUnit,
     /// Smallest and largest corner of what the camera shows, in `unit`.
     pub view: [[f64; 3]; 2],
+    /// The same for the stress in the ground, where it is computed.
+    pub ground: Option<[[f64; 3]; 2]>,
     /// Simulated time at the end, in s; `None` while the run goes on.
     pub duration_s: Option<f64>,
 }
@@ -65,8 +63,14 @@ pub struct Frame {
     pub centres: Vec<[f32; 3]>,
     /// Their radii.
     pub radii: Vec<f32>,
-    /// Their colours.
-    pub colours: Vec<[u8; 3]>,
+    /// Colours of each layer: of the particles, or of the points in the ground.
+    pub colours: Vec<Vec<[u8; 3]>>,
+    /// Points in the ground where stress is computed.
+    pub ground: Vec<[f32; 3]>,
+    /// Size at which they are drawn.
+    pub ground_radius: f32,
+    /// Paths of rays of light or sound.
+    pub rays: Vec<Vec<[f32; 3]>>,
     /// Lines between the centres of particles in contact.
     pub contacts: Vec<[[f32; 3]; 2]>,
     /// The beam, where it is on.
@@ -86,21 +90,6 @@ pub struct Beam {
     pub top: f32,
     /// Its power with the unit.
     pub label: String,
-}
-
-/// The values that colour the particles: their temperature, or their speed where no physics computes a temperature.
-///
-/// A temperature from before particles came or went, which a slower node may have left, belongs to others: it colours
-/// none.
-pub fn values(fields: &Fields) -> Option<(Quantity, Vec<f64>)> {
-    if let Some(temperature) = f64s(fields, "temperature").filter(|_| stands_on(fields, "temperature", "particles")) {
-        let kelvin = Quantity { name: "temperature", unit: "K" };
-        let of_others = fields.get("positions").is_some_and(|field| field.support != fields["temperature"].support);
-        return Some((kelvin, if of_others { Vec::new() } else { temperature.to_vec() }));
-    }
-    let (velocities, _) = f64s(fields, "velocities")?.as_chunks::<3>();
-    let speed = |[x, y, z]: &[f64; 3]| x.hypot(*y).hypot(*z);
-    Some((Quantity { name: "speed", unit: "m/s" }, velocities.iter().map(speed).collect()))
 }
 
 /// Smallest and largest corner of the particles but for strays, in m; `None` where there are none.
@@ -126,7 +115,7 @@ pub fn bounds_m(fields: &Fields) -> Option<[[f64; 3]; 2]> {
 impl Overview {
     /// Sets up pictures for a run of which `step` is shown first: the last state of a recording that starts within the
     /// corners `start_m`, or the first state of a run under way. `None` where it has no particles.
-    pub fn new(step: &Step, range: Range, start_m: Option<[[f64; 3]; 2]>) -> Option<Self> {
+    pub fn new(step: &Step, layers: Layers, start_m: Option<[[f64; 3]; 2]>) -> Option<Self> {
         let mut view = bounds_m(&step.fields)?;
         let surface = view[1][2];
         let width = (0..2).map(|axis| view[1][axis] - view[0][axis]).fold(0.0, f64::max);
@@ -144,9 +133,19 @@ impl Overview {
         let extent = (0..3).map(|axis| view[1][axis] - view[0][axis]).fold(0.0, f64::max);
         let unit = LengthUnit::for_extent(extent);
         let view = view.map(|corner| corner.map(|length| length * unit.per_metre));
-        let quantity = values(&step.fields).map(|(quantity, _)| quantity);
+        let ground = Grid::of(&step.fields).map(|grid| {
+            let mut corners = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+            for point in &grid.points_m {
+                for axis in 0..3 {
+                    let length = point[axis] * unit.per_metre;
+                    corners[0][axis] = corners[0][axis].min(length);
+                    corners[1][axis] = corners[1][axis].max(length);
+                }
+            }
+            corners
+        });
         let duration_s = start_m.map(|_| step.t_s);
-        Some(Self { quantity, range, unit, view, duration_s })
+        Some(Self { layers, unit, view, ground, duration_s })
     }
 
     /// The picture of a state.
@@ -157,10 +156,33 @@ impl Overview {
         // Whole particles would hide the lines between them.
         let size = if contacts { CONTACTS_SIZE } else { 1.0 };
         let radii = f64s(fields, "radii").unwrap_or_default().iter().map(|radius| scaled(&(radius * size))).collect();
-        let values = values(fields).map(|(_, values)| values).unwrap_or_default();
-        let colours = values.iter().map(|value| self.range.colour(*value)).collect();
         let contacts = if contacts { lines(fields, &centres) } else { Vec::new() };
-        Frame { centres, radii, colours, contacts, beam: self.beam(fields) }
+        let mut colours = self.layers.colours(fields);
+        let (mut ground, mut ground_radius) = (Vec::new(), 0.0);
+        if let Some(grid) = Grid::of(fields) {
+            ground = grid.points_m.iter().map(|point| point.map(|length| scaled(&length))).collect();
+            ground_radius = 0.5 * scaled(&grid.spacing_m);
+            for (layer, colours) in self.layers.iter().zip(&mut colours) {
+                if layer.quantity.on == On::Grid {
+                    *colours = grid.rows.iter().filter_map(|&row| colours.get(row).copied()).collect();
+                }
+            }
+        }
+        let rays = RAYS.into_iter().flat_map(|name| self.rays(fields, name)).collect();
+        Frame { centres, radii, colours, ground, ground_radius, rays, contacts, beam: self.beam(fields) }
+    }
+
+    /// Paths of the rays of one kind. A path that ends early repeats its last point, and one that goes nowhere is no ray.
+    fn rays(&self, fields: &Fields, name: &str) -> Vec<Vec<[f32; 3]>> {
+        let Some(field) = fields.get(name) else { return Vec::new() };
+        let (points, _) = field.f64().unwrap_or_default().as_chunks::<3>();
+        let points: Vec<[f32; 3]> =
+            points.iter().map(|point| point.map(|length| (length * self.unit.per_metre) as f32)).collect();
+        let of_one = field.components() / 3;
+        let mut paths: Vec<Vec<_>> = points.chunks(of_one.max(1)).map(<[_]>::to_vec).collect();
+        paths.iter_mut().for_each(Vec::dedup);
+        paths.retain(|path| path.len() > 1);
+        paths
     }
 
     fn beam(&self, fields: &Fields) -> Option<Beam> {
@@ -194,21 +216,14 @@ fn watts(power_w: f64) -> String {
     }
 }
 
-fn f64s<'a>(fields: &'a Fields, name: &str) -> Option<&'a [f64]> {
-    fields.get(name).and_then(|field| field.f64().ok())
-}
-
-fn stands_on(fields: &Fields, name: &str, support: &str) -> bool {
-    fields.get(name).is_some_and(|field: &Field| field.support.name == support)
-}
-
 #[cfg(test)]
 mod tests {
     use std::sync::Arc;
 
-    use stagger_messages::{Measure, Port, Values, Version};
+    use stagger_messages::{Field, Measure, Port, Values, Version};
 
     use super::*;
+    use crate::colour::Scale;
 
     fn field(name: &str, unit: &str, support: &str, components: u32, values: impl Into<Values>) -> (String, Field) {
         let port = Arc::new(Port::f64(name, unit, support, components, Measure::None));
@@ -229,15 +244,21 @@ mod tests {
         Step { version: Version::first(1), t_s: 1e-3, dt_s: 1e-4, fields, recorded: true }
     }
 
+    fn layers() -> Layers {
+        let mut layers = Layers::default();
+        layers.include(&step().fields);
+        layers
+    }
+
     #[test]
     fn a_small_scene_is_drawn_in_units_of_its_size() {
-        let range = Range { min: 300.0, max: 400.0 };
-        let overview = Overview::new(&step(), range, bounds_m(&step().fields)).unwrap();
+        let overview = Overview::new(&step(), layers(), bounds_m(&step().fields)).unwrap();
         assert_eq!(overview.unit.symbol, "µm");
         let frame = overview.frame(&step().fields, true);
         assert_eq!(frame.radii, [4.0, 8.0]);
         assert_eq!(overview.frame(&step().fields, false).radii, [10.0, 20.0]);
-        assert_eq!(frame.colours, [range.colour(300.0), range.colour(400.0)]);
+        let range = overview.layers.iter().next().unwrap().range;
+        assert_eq!(frame.colours, [[300.0, 400.0].map(|kelvin| range.colour(kelvin, Scale::Linear))]);
         let spot = [100.0, 0.0, 0.0];
         assert_eq!(frame.beam, Some(Beam { spot, radius: 60.0, surface: 120.0, top: 180.0, label: "40.0 W".into() }));
         // The second pair names a particle that is not there, and is left out.
@@ -254,10 +275,9 @@ mod tests {
         let port = Arc::clone(&fields["temperature"].port);
         // As many, but one has gone and another come.
         fields.insert("temperature".into(), Field::new(&port, 1, vec![300.0, 400.0]).unwrap());
-        let range = Range { min: 300.0, max: 400.0 };
-        let overview = Overview::new(&step(), range, None).unwrap();
+        let overview = Overview::new(&step(), layers(), None).unwrap();
         let frame = overview.frame(&fields, false);
-        assert_eq!((frame.centres.len(), frame.radii.len(), frame.colours.len()), (2, 2, 0));
+        assert_eq!((frame.centres.len(), frame.radii.len(), frame.colours[0].len()), (2, 2, 0));
         // None left: nothing is drawn, and nothing fails.
         let none = fields.into_values().map(|field| {
             let support = stagger_messages::Support { count: 0, revision: 2, ..field.support.clone() };
@@ -267,7 +287,7 @@ mod tests {
         let none: Fields = none.collect();
         assert!(bounds_m(&none).is_none());
         let frame = overview.frame(&none, true);
-        assert!(frame.centres.is_empty() && frame.colours.is_empty() && frame.contacts.is_empty());
+        assert!(frame.centres.is_empty() && frame.colours[0].is_empty() && frame.contacts.is_empty());
     }
 
     #[test]
@@ -283,7 +303,7 @@ mod tests {
         assert!((high[2] - 1e-5).abs() < 1e-12 && (low[2] + 1e-5).abs() < 1e-12, "{low:?} to {high:?}");
         let width = high[0] - low[0];
         let room = |start| {
-            let overview = Overview::new(&step, Range::EMPTY, start).unwrap();
+            let overview = Overview::new(&step, Layers::default(), start).unwrap();
             overview.view[1][2] / overview.unit.per_metre - high[2]
         };
         // What falls from 0.5 m starts out of view.
@@ -294,16 +314,31 @@ mod tests {
     }
 
     #[test]
-    fn without_temperature_the_speed_colours_and_a_beam_without_power_is_hidden() {
+    fn a_beam_without_power_is_hidden() {
         let mut fields = step().fields;
-        fields.remove("temperature");
-        fields.extend([
-            field("velocities", "m/s", "particles", 3, vec![0.0, 3.0, 4.0, 0.0, 0.0, 0.0]),
-            field("beam_power", "W", "beam", 1, vec![0.0]),
-        ]);
-        let (quantity, speeds) = values(&fields).unwrap();
-        assert_eq!((quantity.name, speeds), ("speed", vec![5.0, 0.0]));
-        let overview = Overview::new(&step(), Range { min: 0.0, max: 5.0 }, None).unwrap();
+        fields.extend([field("beam_power", "W", "beam", 1, vec![0.0])]);
+        let overview = Overview::new(&step(), layers(), None).unwrap();
         assert_eq!(overview.frame(&fields, false).beam, None);
+    }
+
+    #[test]
+    fn rays_and_stress_are_drawn_in_the_unit_of_the_picture() {
+        let mut step = step();
+        step.fields.extend([
+            // One ray down and aside, which ends early; one that was not sent.
+            field("ray_paths", "m", "rays", 9, [[0.0, 0.0, 1e-3, 0.0, 0.0, 2e-4, 1e-4, 0.0, 2e-4], [0.0; 9]].concat()),
+            field("stress_position", "m", "grid", 3, vec![0.0, 0.0, -1e-4, 2e-4, 0.0, -1e-4]),
+            field("stress_deviator_norm", "Pa", "grid", 1, vec![1e3, 1e5]),
+        ]);
+        let mut layers = Layers::default();
+        layers.include(&step.fields);
+        let overview = Overview::new(&step, layers, bounds_m(&step.fields)).unwrap();
+        let frame = overview.frame(&step.fields, false);
+        assert_eq!(frame.rays, [vec![[0.0, 0.0, 1000.0], [0.0, 0.0, 200.0], [100.0, 0.0, 200.0]]]);
+        assert_eq!((frame.ground.len(), frame.colours[1].len()), (2, 2));
+        assert!((frame.ground_radius - 100.0).abs() < 1e-3);
+        let ground = overview.ground.unwrap().concat();
+        let expected = [0.0, 0.0, -100.0, 200.0, 0.0, -100.0];
+        assert!(ground.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-9), "{ground:?}");
     }
 }

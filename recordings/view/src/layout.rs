@@ -1,6 +1,9 @@
 //! What stands where in the window, as plain data; [`crate::show`] hands it to the viewer.
 
-use crate::frame::Overview;
+use crate::{
+    colour::{Range, Scale},
+    layers::{Layer, Layers, Quantity},
+};
 
 /// A part of the window.
 #[derive(Debug)]
@@ -11,25 +14,26 @@ pub enum Part {
     Above(Vec<(f32, Part)>),
     /// Parts of which one shows at a time.
     Tabs(Vec<Part>),
-    /// The picture.
-    Scene,
-    /// The colour legend.
-    Legend,
+    /// The picture of a layer.
+    Scene(Layer),
+    /// Its colour legend.
+    Legend(Layer),
     /// A text; the name is its title, the path its place among the data.
     Text(&'static str, &'static str),
     /// Curves; the first is the title, the second the place of the curves among the data.
     Curves(&'static str, &'static str),
 }
 
-/// The window: the picture large with the legend below, the curves beside it.
-pub fn window() -> Part {
+/// The window: a large picture for each layer with its legend below, the curves beside them.
+pub fn window(layers: &Layers) -> Part {
     use Part::{Above, Beside, Curves, Legend, Scene, Tabs, Text};
-    let physics = Tabs(vec![
-        Curves("Particles", "plots/particles"),
+    let quantities = layers.iter().map(|layer| Curves(layer.quantity.title, layer.quantity.curves));
+    let energies = [
         Curves("Heat and light", "plots/energy/heat"),
         Curves("Energy of motion", "plots/energy/motion"),
         Curves("Imbalance", "plots/imbalance"),
-    ]);
+    ];
+    let physics = Tabs(quantities.chain(energies).collect());
     let coupling = Tabs(vec![
         Curves("Convergence", "plots/convergence"),
         Curves("Iterations", "plots/iterations"),
@@ -37,8 +41,10 @@ pub fn window() -> Part {
         Curves("Solve time", "plots/cost"),
         Text("Scene", "scene"),
     ]);
-    let picture = Above(vec![(7.0, Scene), (1.0, Legend)]);
-    Beside(vec![(3.0, picture), (2.0, Above(vec![(1.0, physics), (1.0, coupling)]))])
+    let share = if layers.iter().count() > 1 { 2.0 } else { 3.0 };
+    let picture = |layer: &Layer| (share, Above(vec![(7.0, Scene(*layer)), (1.0, Legend(*layer))]));
+    let curves = (2.0, Above(vec![(1.0, physics), (1.0, coupling)]));
+    Beside(layers.iter().map(picture).chain([curves]).collect())
 }
 
 /// Seconds that a run takes when it is played back, however short it was.
@@ -50,12 +56,11 @@ pub fn playback_speed(duration_s: f64) -> f64 {
 }
 
 /// Where the camera stands and what it looks at: obliquely from above, as close as everything to be seen fits.
-pub fn camera(overview: &Overview) -> [[f32; 3]; 2] {
-    let [low, high] = overview.view;
+pub fn camera(view: [[f64; 3]; 2]) -> [[f32; 3]; 2] {
+    let [low, high] = view;
     let centre: [f64; 3] = std::array::from_fn(|axis| 0.5 * (low[axis] + high[axis]));
-    let corners: [[f64; 3]; 8] = std::array::from_fn(|corner| {
-        std::array::from_fn(|axis| overview.view[corner >> axis & 1][axis] - centre[axis])
-    });
+    let corners: [[f64; 3]; 8] =
+        std::array::from_fn(|corner| std::array::from_fn(|axis| view[corner >> axis & 1][axis] - centre[axis]));
     let towards = corners.map(|corner| dot(corner, BACK));
     // For each corner the distance at which it stands on one edge of the view when the camera looks at the centre.
     // Looking aside takes from one edge what it adds to the opposite one, so that their mean is the distance needed.
@@ -101,21 +106,27 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 /// Values at which the legend is labelled, with their texts.
-pub fn ticks(overview: &Overview) -> Vec<(f32, String)> {
+pub fn ticks(range: Range, quantity: &Quantity) -> Vec<(f32, String)> {
     const TICKS: u32 = 4;
-    let range = overview.range;
-    let width = range.max - range.min;
     if range.is_empty() {
         return Vec::new();
     }
+    let (scale, unit) = (quantity.scale, quantity.unit);
+    let width = range.max - range.min;
+    let largest = range.max.abs().max(range.min.abs());
     // As many decimals as tell neighbouring ticks apart.
     let decimals =
         if width > 0.0 { (1.0 - (width / f64::from(TICKS)).log10()).round().clamp(0.0, 9.0) as usize } else { 2 };
     let decimals = if width > 40.0 { 0 } else { decimals };
-    let unit = overview.quantity.map_or("", |quantity| quantity.unit);
     let tick = |i: u32| {
         let fraction = f64::from(i) / f64::from(TICKS);
-        (fraction as f32, format!("{:.decimals$} {unit}", range.min + fraction * width))
+        let value = range.value(fraction, scale);
+        let text = if scale == Scale::Decades || largest >= 1e6 || (largest > 0.0 && largest < 1e-4) {
+            format!("{value:.1e} {unit}")
+        } else {
+            format!("{value:.decimals$} {unit}")
+        };
+        (fraction as f32, text)
     };
     (0..=TICKS).map(tick).collect()
 }
@@ -123,40 +134,41 @@ pub fn ticks(overview: &Overview) -> Vec<(f32, String)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{
-        colour::Range,
-        frame::{LengthUnit, Quantity},
-    };
+    use crate::layers::On;
 
-    fn overview(min: f64, max: f64) -> Overview {
-        Overview {
-            quantity: Some(Quantity { name: "temperature", unit: "K" }),
-            range: Range { min, max },
-            unit: LengthUnit::for_extent(1e-3),
-            view: [[-1.0, -2.0, 0.0], [1.0, 2.0, 4.0]],
-            duration_s: None,
-        }
-    }
+    const KELVIN: Quantity = Quantity {
+        name: "temperature",
+        unit: "K",
+        path: "world",
+        title: "",
+        curves: "",
+        on: On::Particles,
+        scale: Scale::Linear,
+    };
 
     #[test]
     fn ticks_are_told_apart_by_as_few_digits_as_needed() {
-        let texts = |min, max| ticks(&overview(min, max)).into_iter().map(|(_, text)| text).collect::<Vec<_>>();
+        let texts = |min, max| ticks(Range { min, max }, &KELVIN).into_iter().map(|(_, text)| text).collect::<Vec<_>>();
         assert_eq!(texts(300.0, 1500.0), ["300 K", "600 K", "900 K", "1200 K", "1500 K"]);
         assert_eq!(texts(300.0, 300.4), ["300.00 K", "300.10 K", "300.20 K", "300.30 K", "300.40 K"]);
         assert_eq!(texts(300.0, 300.0)[0], "300.00 K");
-        assert!(ticks(&Overview { range: Range::EMPTY, ..overview(0.0, 0.0) }).is_empty());
+        assert_eq!(texts(0.0, 4e6)[1], "1.0e6 K");
+        assert!(ticks(Range::EMPTY, &KELVIN).is_empty());
+        let pascal = Quantity { unit: "Pa", scale: Scale::Decades, ..KELVIN };
+        let decades: Vec<_> = ticks(Range { min: 0.0, max: 1e6 }, &pascal).into_iter().map(|(_, text)| text).collect();
+        assert_eq!(decades, ["1.0e2 Pa", "1.0e3 Pa", "1.0e4 Pa", "1.0e5 Pa", "1.0e6 Pa"]);
     }
 
     #[test]
     fn the_camera_sees_the_whole_scene_from_above_and_no_more() {
-        let overview = overview(0.0, 1.0);
-        let [eye, target] = camera(&overview).map(|point| point.map(f64::from));
+        let view = [[-1.0, -2.0, 0.0], [1.0, 2.0, 4.0]];
+        let [eye, target] = camera(view).map(|point| point.map(f64::from));
         let distance = dot(std::array::from_fn(|axis| eye[axis] - target[axis]), BACK);
         assert!(distance > 0.0 && eye[2] > target[2]);
         // Place of each corner in the picture, where the edges are at -1 and 1.
         let (mut lowest, mut highest) = ([1.0f64; 2], [-1.0f64; 2]);
         for corner in 0..8 {
-            let point: [f64; 3] = std::array::from_fn(|axis| overview.view[corner >> axis & 1][axis] - eye[axis]);
+            let point: [f64; 3] = std::array::from_fn(|axis| view[corner >> axis & 1][axis] - eye[axis]);
             for (edge, (direction, tangent)) in EDGES.into_iter().enumerate() {
                 let place = dot(point, direction) / (-dot(point, BACK) * tangent);
                 lowest[edge] = lowest[edge].min(place);

@@ -3,6 +3,8 @@
 mod arguments;
 mod colour;
 mod frame;
+mod grid;
+mod layers;
 mod layout;
 mod plots;
 mod show;
@@ -15,8 +17,8 @@ use std::{
 };
 
 use arguments::Arguments;
-use colour::Range;
-use frame::{Overview, bounds_m, values};
+use frame::{Overview, bounds_m};
+use layers::Layers;
 use plots::Plots;
 use show::{Moment, Show};
 use stagger_messages::Verdict;
@@ -64,9 +66,9 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
 /// Reads a recording through for what holds for all its pictures: the range of the colours, the unit, the camera.
 fn survey(path: &Path) -> Result<(Recording, Option<Overview>), Box<dyn Error>> {
     let recording = Recording::open(path)?;
-    let (mut steps, mut range, mut start, mut last) = (Steps::default(), Range::EMPTY, None, None::<Step>);
+    let (mut steps, mut layers, mut start, mut last) = (Steps::default(), Layers::default(), None, None::<Step>);
     let mut see = |step: Step| {
-        range.include(&values(&step.fields).map(|(_, values)| values).unwrap_or_default());
+        layers.include(&step.fields);
         if let Some(bounds) = bounds_m(&step.fields) {
             start.get_or_insert(bounds);
             last = Some(step);
@@ -79,7 +81,7 @@ fn survey(path: &Path) -> Result<(Recording, Option<Overview>), Box<dyn Error>> 
         }
     }
     steps.end().into_iter().for_each(see);
-    let overview = last.and_then(|step| Overview::new(&step, range, start));
+    let overview = last.and_then(|step| Overview::new(&step, layers, start));
     Ok((recording, overview))
 }
 
@@ -105,7 +107,7 @@ impl Player {
 
     fn set_up(&mut self, overview: Overview) -> Result<(), Box<dyn Error>> {
         self.show.arrange(&overview)?;
-        self.show.legend(&overview)?;
+        self.show.legends(&overview.layers)?;
         self.surveyed = overview.duration_s.is_some();
         self.overview = Some(overview);
         Ok(())
@@ -142,21 +144,22 @@ impl Player {
         if !step.recorded {
             return Ok(());
         }
-        let mut seen = Range::EMPTY;
-        seen.include(&values(&step.fields).map(|(_, values)| values).unwrap_or_default());
-        if self.overview.is_none()
-            && let Some(overview) = Overview::new(step, seen, None)
-        {
-            self.set_up(overview)?;
+        if self.overview.is_none() {
+            let mut layers = Layers::default();
+            layers.include(&step.fields);
+            if let Some(overview) = Overview::new(step, layers, None) {
+                self.set_up(overview)?;
+            }
         }
         if let Some(overview) = &mut self.overview {
             // The pictures of a run under way keep the colours of their time; the legend follows the newest.
-            if !self.surveyed && overview.range.grow(seen) {
-                self.show.legend(overview)?;
+            if !self.surveyed && overview.layers.grow(&step.fields) {
+                self.show.legends(&overview.layers)?;
             }
             let iteration = self.steps.accounts().iterations();
             let moment = Moment { t_s: step.t_s, step: step.version.step, iteration };
-            self.show.frame(overview.frame(&step.fields, self.contacts), moment)?;
+            let frame = overview.frame(&step.fields, self.contacts);
+            self.show.frame(frame, &overview.layers, moment)?;
             self.show.points(&self.plots.state(step), moment)?;
         }
         Ok(())

@@ -6,7 +6,7 @@ use stagger_messages::FieldError;
 use stagger_recordings::{Outcome, Step};
 use stagger_solver::coupling::Ledger;
 
-use crate::frame::values;
+use crate::layers::values;
 
 /// One point of a curve.
 #[derive(Clone, Debug, PartialEq)]
@@ -89,12 +89,18 @@ impl Plots {
 
     /// The curves of a state whose fields are recorded.
     pub fn state(&self, step: &Step) -> Vec<Point> {
-        let Some((quantity, values)) = values(&step.fields) else { return Vec::new() };
-        let finite: Vec<f64> = values.into_iter().filter(|value| value.is_finite()).collect();
-        let Some(max) = finite.iter().copied().max_by(f64::total_cmp) else { return Vec::new() };
-        let mean = finite.iter().sum::<f64>() / finite.len() as f64;
-        let name = |what: &str| format!("{what} {} [{}]", quantity.name, quantity.unit);
-        vec![point("particles/mean", name("mean"), mean), point("particles/max", name("maximum"), max)]
+        let mut points = Vec::new();
+        for (quantity, values) in values(&step.fields) {
+            let finite: Vec<f64> = values.into_iter().filter(|value| value.is_finite()).collect();
+            let Some(max) = finite.iter().copied().max_by(f64::total_cmp) else { continue };
+            let mean = finite.iter().sum::<f64>() / finite.len() as f64;
+            let group = quantity.curves.trim_start_matches("plots/");
+            for (what, value) in [("mean", mean), ("maximum", max)] {
+                let name = format!("{what} {} [{}]", quantity.name, quantity.unit);
+                points.push(point(format!("{group}/{what}"), name, value));
+            }
+        }
+        points
     }
 }
 

@@ -24,6 +24,7 @@ use crate::{
     arguments::Target,
     colour::{NO_VALUE, bar},
     frame::{Beam, Frame, Overview},
+    layers::{Layer, Layers, On},
     layout::{self, Part},
     plots::Point,
 };
@@ -120,41 +121,64 @@ impl Show {
         Ok(self.stream.log_static("scene", &TextDocument::from_markdown(markdown))?)
     }
 
-    /// Shows the colour bar with its values.
-    pub fn legend(&self, overview: &Overview) -> Result<(), ShowError> {
+    /// Shows each layer's colour bar with its values.
+    pub fn legends(&self, layers: &Layers) -> Result<(), ShowError> {
         let [width, height] = BAR;
-        self.stream.log_static("legend/bar", &Image::from_rgb24(bar(width, height), BAR))?;
-        let ticks = layout::ticks(overview);
-        let places = ticks.iter().map(|(fraction, _)| [fraction * width as f32, height as f32 + 14.0]);
-        let texts = ticks.iter().map(|(_, text)| text.as_str());
-        let labels = Points2D::new(places).with_labels(texts).with_radii([0.01]).with_show_labels(true);
-        let labels = labels.with_colors([WHITE]);
-        Ok(self.stream.log_static("legend/values", &labels)?)
+        for Layer { quantity, range } in layers.iter() {
+            let path = format!("legend/{}", quantity.path);
+            self.stream.log_static(format!("{path}/bar"), &Image::from_rgb24(bar(width, height), BAR))?;
+            let ticks = layout::ticks(*range, quantity);
+            let places = ticks.iter().map(|(fraction, _)| [fraction * width as f32, height as f32 + 14.0]);
+            let texts = ticks.iter().map(|(_, text)| text.as_str());
+            let labels = Points2D::new(places).with_labels(texts).with_radii([0.01]).with_show_labels(true);
+            self.stream.log_static(format!("{path}/values"), &labels.with_colors([WHITE]))?;
+        }
+        Ok(())
     }
 
     /// Shows a state.
-    pub fn frame(&mut self, frame: Frame, moment: Moment) -> Result<(), ShowError> {
+    pub fn frame(&mut self, frame: Frame, layers: &Layers, moment: Moment) -> Result<(), ShowError> {
         self.at(moment);
-        // What did not change since the last picture is not sent again.
-        let mut particles = Points3D::update_fields();
-        if frame.centres != self.drawn.centres {
-            particles = particles.with_positions(frame.centres.iter().copied());
+        let none = Vec::new();
+        for (number, layer) in layers.iter().enumerate() {
+            // What did not change since the last picture is not sent again.
+            let (places, before) = match layer.quantity.on {
+                On::Particles => (&frame.centres, &self.drawn.centres),
+                On::Grid => (&frame.ground, &self.drawn.ground),
+            };
+            let mut points = Points3D::update_fields();
+            if places != before {
+                points = points.with_positions(places.iter().copied());
+            }
+            match layer.quantity.on {
+                On::Particles if frame.radii != self.drawn.radii => {
+                    points = points.with_radii(frame.radii.iter().copied());
+                }
+                On::Grid if places != before => points = points.with_radii([frame.ground_radius]),
+                _ => {}
+            }
+            let (colours, drawn) =
+                (frame.colours.get(number).unwrap_or(&none), self.drawn.colours.get(number).unwrap_or(&none));
+            if colours != drawn || before.is_empty() {
+                let grey = [NO_VALUE];
+                let colours = if colours.is_empty() { &grey[..] } else { colours };
+                points =
+                    points.with_colors(colours.iter().map(|[red, green, blue]| Color::from_rgb(*red, *green, *blue)));
+            }
+            self.stream.log(format!("{}/points", layer.quantity.path), &points)?;
         }
-        if frame.radii != self.drawn.radii {
-            particles = particles.with_radii(frame.radii.iter().copied());
-        }
-        if frame.colours != self.drawn.colours || self.drawn.centres.is_empty() {
-            let grey = [NO_VALUE];
-            let colours = if frame.colours.is_empty() { &grey[..] } else { &frame.colours };
-            particles =
-                particles.with_colors(colours.iter().map(|[red, green, blue]| Color::from_rgb(*red, *green, *blue)));
-        }
-        self.stream.log("world/particles", &particles)?;
         if frame.contacts != self.drawn.contacts {
             let lines = LineStrips3D::new(frame.contacts.iter().copied());
             let width = frame.radii.first().map_or(1.0, |radius| 0.25 * radius);
             let lines = lines.with_radii([width]).with_colors([Color::from_rgb(0x50, 0x50, 0x58)]);
             self.stream.log("world/contacts", &lines)?;
+        }
+        if frame.rays != self.drawn.rays {
+            let lines = LineStrips3D::new(frame.rays.iter());
+            let width = frame.radii.first().map_or(1.0, |radius| 0.1 * radius);
+            let [red, green, blue] = BEAM;
+            let lines = lines.with_radii([width]).with_colors([Color::from_rgb(red, green, blue)]);
+            self.stream.log("world/rays", &lines)?;
         }
         if frame.beam != self.drawn.beam {
             match &frame.beam {
@@ -223,7 +247,7 @@ impl Show {
         let (blueprint, messages) = RecordingStreamBuilder::new(APPLICATION).blueprint().memory()?;
         blueprint.set_time_sequence("blueprint", 0);
         let mut window = Window { stream: &blueprint, overview, parts: 0 };
-        let (root, _) = window.part(&layout::window())?;
+        let (root, _) = window.part(&layout::window(&overview.layers))?;
         blueprint.log("viewport", &ViewportBlueprint::new().with_root_container(root).with_auto_views(false))?;
         for panel in ["blueprint_panel", "selection_panel"] {
             blueprint.log(panel, &PanelBlueprint::new().with_state(PanelState::Collapsed))?;
@@ -278,8 +302,8 @@ impl Window<'_> {
                 let tabs = contents.first().map_or(tabs.clone(), |first| tabs.with_active_tab(first.as_str()));
                 self.container(tabs, contents)
             }
-            Part::Scene => self.scene(),
-            Part::Legend => self.legend(),
+            Part::Scene(layer) => self.scene(layer),
+            Part::Legend(layer) => self.legend(layer),
             Part::Text(name, origin) => self.view("TextDocument", name, origin, &[]),
             Part::Curves(name, origin) => self.view(
                 "TimeSeries",
@@ -290,8 +314,12 @@ impl Window<'_> {
         }
     }
 
-    fn scene(&mut self) -> Result<(Uuid, String), ShowError> {
-        let [eye, target] = layout::camera(self.overview);
+    fn scene(&mut self, layer: &Layer) -> Result<(Uuid, String), ShowError> {
+        let (what, view) = match layer.quantity.on {
+            On::Particles => ("Particles", self.overview.view),
+            On::Grid => ("Ground", self.overview.ground.unwrap_or(self.overview.view)),
+        };
+        let [eye, target] = layout::camera(view);
         let background = Background::new(BackgroundKind::SolidColor).with_color(Color::from_rgb(0xf4, 0xf5, 0xf7));
         let camera = EyeControls3D::new()
             .with_kind(Eye3DKind::Orbital)
@@ -299,22 +327,24 @@ impl Window<'_> {
             .with_look_target(target)
             .with_eye_up([0.0, 0.0, 1.0]);
         let grid = LineGrid3D::new().with_color(Color::from_unmultiplied_rgba(0x60, 0x68, 0x70, 0x50));
-        let name = format!("Particles (lengths in {})", self.overview.unit.symbol);
+        let name = format!("{what} (lengths in {})", self.overview.unit.symbol);
         let properties: [(&str, &dyn AsComponents); 3] =
             [("Background", &background), ("EyeControls3D", &camera), ("LineGrid3D", &grid)];
-        self.view("3D", &name, "world", &properties)
+        self.view("3D", &name, layer.quantity.path, &properties)
     }
 
-    fn legend(&mut self) -> Result<(Uuid, String), ShowError> {
-        let name = match self.overview.quantity {
-            Some(quantity) => format!("Colour: {} [{}]", quantity.name, quantity.unit),
-            None => "Colour".to_owned(),
-        };
+    fn legend(&mut self, layer: &Layer) -> Result<(Uuid, String), ShowError> {
+        let name = format!("Colour: {} [{}]", layer.quantity.name, layer.quantity.unit);
         let [width, height] = BAR.map(f64::from);
         let bounds = Range2D { x_range: [-30.0, width + 30.0].into(), y_range: [-8.0, height + 44.0].into() };
         let background = Background::new(BackgroundKind::SolidColor).with_color(Color::from_rgb(0xf4, 0xf5, 0xf7));
         let bounds = VisualBounds2D::new(bounds);
-        self.view("2D", &name, "legend", &[("Background", &background), ("VisualBounds2D", &bounds)])
+        self.view(
+            "2D",
+            &name,
+            &format!("legend/{}", layer.quantity.path),
+            &[("Background", &background), ("VisualBounds2D", &bounds)],
+        )
     }
 
     fn within(&mut self, parts: &[(f32, Part)]) -> Result<(Vec<String>, Vec<f32>), ShowError> {
