@@ -11,7 +11,7 @@ use super::{
 use crate::physics::particles::{self, Group, Radius};
 
 pub(super) static COUNT: Key = Key::new("count", Kind::Whole(0, 10_000_000), "Number of particles.")
-    .or_from("**required**, unless a file gives the particles");
+    .or_from("**required**, unless a file or dispensers give the particles");
 pub(super) static RADIUS: Key = Key::new("radius", Kind::Table(&RADIUS_SECTION), "Radius.")
     .or_from("**required**, unless a file gives the particles");
 pub(super) static MATERIAL: Key =
@@ -96,17 +96,23 @@ fn used_name((name, _): &(String, Material)) -> String {
     name.clone()
 }
 
-/// Reads the groups of particles, that of `[particles]` itself first.
-pub(super) fn read(table: &Table<'_>, materials: &BTreeMap<String, Material>, used: &mut Used) -> Vec<Group> {
+/// Reads the groups of particles, that of `[particles]` itself first; `poured` says whether dispensers bring more.
+pub(super) fn read(
+    table: &Table<'_>,
+    materials: &BTreeMap<String, Material>,
+    used: &mut Used,
+    poured: bool,
+) -> Vec<Group> {
     let count = |value| usize::try_from(value).unwrap_or(usize::MAX);
-    for key in [&COUNT, &RADIUS] {
-        if !table.is_given(key) {
-            table.missing(key);
-        }
+    if !table.is_given(&COUNT) && !poured {
+        table.missing(&COUNT);
+    }
+    if !table.is_given(&RADIUS) {
+        table.missing(&RADIUS);
     }
     let mut groups = vec![Group {
         name: "particles".into(),
-        count: count(table.whole(&COUNT)),
+        count: if table.is_given(&COUNT) { count(table.whole(&COUNT)) } else { 0 },
         radius: radius(table, &RADIUS),
         material: 0,
     }];

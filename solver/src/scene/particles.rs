@@ -181,6 +181,7 @@ impl<'d> Bodies<'d> {
         used.index(material.0.clone(), material.1);
         let temperature_k = table.number(&TEMPERATURE_KEY);
         let (mut groups, mut count, mut radius_m) = (Vec::new(), 0, f64::NAN);
+        let poured = table.is_given(&POUR);
         let start = match Starting::read(&table) {
             Some(starting) if starting.gives_all() => {
                 let start = starting.given(materials, &mut used);
@@ -191,11 +192,27 @@ impl<'d> Bodies<'d> {
                 start
             }
             starting => {
-                groups = groups::read(&table, materials, &mut used);
-                let largest_m = groups.iter().map(|group| group.radius.largest_m()).fold(f64::NAN, f64::max);
+                groups = groups::read(&table, materials, &mut used, poured);
+                let there = groups.iter().filter(|group| group.count > 0);
+                let largest_m = there.map(|group| group.radius.largest_m()).fold(f64::NAN, f64::max);
                 count = groups.iter().map(|group| group.count).fold(0, usize::saturating_add);
                 radius_m = groups.iter().map(|group| group.radius.mean_m()).fold(f64::NAN, f64::min);
-                starting.and_then(|starting| starting.place(largest_m, walls))
+                match starting {
+                    Some(starting) => starting.place(largest_m, walls),
+                    // Particles that all come from dispensers start nowhere.
+                    None if poured && count == 0 => Some(Start::Given {
+                        positions_m: Vec::new(),
+                        velocities_m_s: Vec::new(),
+                        radii_m: Vec::new(),
+                        materials: Vec::new(),
+                    }),
+                    None => {
+                        if !table.is_given(&START) {
+                            table.missing(&START);
+                        }
+                        None
+                    }
+                }
             }
         };
         let usual = pour::Usual { radius: groups.first().map(|group| group.radius), material: &material, seed };

@@ -252,6 +252,16 @@ mod tests {
     }
 
     #[test]
+    fn where_a_dispenser_pours_all_particles_neither_their_count_nor_their_start_is_asked_for() {
+        let poured = SCENE.replace("count = 0\n", "").replace("start = { box = [\"1 mm\", \"1 mm\", \"1 mm\"] }\n", "");
+        let scene = Scene::parse(&poured, "pour.toml", &[]).unwrap();
+        assert_eq!((scene.particles.unwrap().count(), scene.thermal.unwrap().count), (0, 0));
+        let some = poured.replace("[particles]", "[particles]\ncount = 1");
+        let told = Scene::parse(&some, "pour.toml", &[]).unwrap_err().to_string();
+        assert!(told.contains("particles.start: missing"), "{told}");
+    }
+
+    #[test]
     fn a_dispenser_may_pour_another_material() {
         let scene = SCENE.replace("[thermal]", "").replace("limit = 12", "limit = 12\nmaterial = \"AlSi10Mg\"");
         let particles = Scene::parse(&scene, "pour.toml", &[]).unwrap().particles.unwrap();

@@ -15,7 +15,8 @@ use crate::physics::{
     particles::{Lattice, Start, StartRegion},
 };
 
-pub(super) static START: Key = Key::new("start", Kind::Table(&SECTION), "Where particles start.");
+pub(super) static START: Key = Key::new("start", Kind::Table(&SECTION), "Where particles start.")
+    .or_from("**required**, unless all come from dispensers");
 
 static KIND: Key = Key::new(
     "kind",

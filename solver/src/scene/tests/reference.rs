@@ -106,3 +106,15 @@ fn conditions_name_keys_and_words_that_exist() {
         }
     }
 }
+
+#[test]
+fn every_default_is_a_value_as_it_would_be_written() {
+    for section in Scene::reference().tree() {
+        for key in section.keys {
+            if let Fallback::Is(text) = key.default {
+                let value = tree::parse_value(text, Place::Line(1));
+                assert!(value.is_some(), "{}.{}: {text}", section.path, key.name);
+            }
+        }
+    }
+}
