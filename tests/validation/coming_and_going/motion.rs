@@ -97,3 +97,27 @@ fn a_domain_takes_what_leaves_it_and_the_balance_closes() {
     assert!(imbalance(&ledger) < 1e-6, "{:e}", imbalance(&ledger));
     assert!(ledger.nodes()["particles"].lost["removed"] > 0.0);
 }
+
+#[test]
+fn a_wall_that_strikes_resting_particles_is_resolved() {
+    // Nothing moves at the start, so that nothing foretells the contact: a lid comes down with 1 m/s.
+    let scene = POURED
+        .replace("count = 0", "count = 60")
+        .replace("[particles.pour.hopper]\n", "")
+        .replace("[particles]", "[particles]\ngravity = [0, 0, 0]");
+    let scene: String = scene
+        .lines()
+        .filter(|line| !["disc", "velocity", "rate", "until"].iter().any(|key| line.trim().starts_with(key)))
+        .collect::<Vec<_>>()
+        .join("\n");
+    let scene = scene.replace("[\"1 mm\", \"1 mm\", \"1 mm\"]", "[\"0.3 mm\", \"0.3 mm\", \"0.3 mm\"]")
+        + "\n[walls.lid]\nplane = { through = [0, 0, \"0.31 mm\"], normal = [0, 0, -1] }\n\
+           motion = { kind = \"constant\", velocity = [0, 0, \"-1 m/s\"], until = \"0.2 ms\" }\n";
+    let (mut deepest, mut critical) = (0.0f64, 0.0f64);
+    let ledger = run(&scene.replace("\"6 ms\"", "\"1 ms\""), |reply| {
+        deepest = deepest.max(reply.figures["largest overlap over radius"]);
+        critical = critical.max(reply.figures["substep over critical"]);
+    });
+    assert!(critical < 0.5, "{critical}");
+    assert!(imbalance(&ledger) < 5e-3, "{:e} {deepest}", imbalance(&ledger));
+}

@@ -166,6 +166,8 @@ impl Motion {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::PI;
+
     use super::*;
 
     fn motions() -> Vec<Motion> {
@@ -200,6 +202,15 @@ mod tests {
                 // Third derivative h²/6: at most 0.22 (4π)³ 1e-10/6 = 7.3e-9 (oscillation); rounding 1e-11.
                 assert!((difference - velocity).norm() < 1e-8, "{motion:?} at {t_s} s: {difference} {velocity}");
             }
+        }
+    }
+
+    #[test]
+    fn no_displacement_is_faster_than_its_largest_speed() {
+        for (motion, expected) in
+            motions().iter().zip([0.0, 5.0f64.sqrt() / 0.3, 5.25f64.sqrt(), 0.0, 4.0 * 0.05f64.sqrt() * PI])
+        {
+            assert!((motion.speed_m_s() - expected).abs() < 1e-14, "{motion:?}: {}", motion.speed_m_s());
         }
     }
 
