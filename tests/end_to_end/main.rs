@@ -10,6 +10,7 @@ mod commands;
 mod faults;
 mod files;
 mod live;
+mod pouring;
 mod program;
 mod recovery;
 mod same_bits;
