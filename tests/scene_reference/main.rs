@@ -191,7 +191,8 @@ fn every_scene_users_start_from_is_read() {
         let path = entry.unwrap().path();
         if path.extension().is_some_and(|extension| extension == "toml") {
             let name = path.file_name().unwrap().to_string_lossy().into_owned();
-            Scene::parse(&fs::read_to_string(&path).unwrap(), &name, &[])
+            let beside = |file: &str| fs::read(path.with_file_name(file)).map_err(|error| error.to_string());
+            Scene::parse_with_files(&fs::read_to_string(&path).unwrap(), &name, &[], &beside)
                 .unwrap_or_else(|problems| panic!("{problems}"));
             count += 1;
         }

@@ -6,6 +6,9 @@
 // Helpers of tests are not tests to clippy's `allow-unwrap-in-tests`.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+mod pile;
+mod piston;
+
 use std::{path::Path, process::Command};
 
 use serde_json::Value;
@@ -26,28 +29,34 @@ fn run(pinned: &Pinned) -> Value {
 
 /// Runs a scene with `--set` for each of `overrides`.
 fn run_with(pinned: &Pinned, overrides: &[&str]) -> Value {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes").join(pinned.scene);
-    let output = Command::new(env!("CARGO_BIN_EXE_stagger"))
-        .arg("run")
-        .arg(&path)
-        .args(["--no-record", "--json"])
-        .args(overrides.iter().flat_map(|set| ["--set", *set]))
-        .output();
-    let output = output.unwrap();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let summary: Value = serde_json::from_slice(&output.stdout).unwrap();
-    let steps = &summary["steps"];
-    let counts = ["accepted", "rejected", "iterations"].map(|name| steps[name].as_u64().unwrap());
-    assert_eq!(counts, pinned.counts, "steps, rejections, iterations of {}", pinned.scene);
-    for (field, expected) in pinned.means {
-        let mean = field_of(&summary, field)["mean"].as_f64().unwrap();
-        assert!((mean - expected).abs() <= 1e-6 * expected.abs(), "mean {field} of {}: {mean}", pinned.scene);
-    }
-    for (name, bound) in pinned.imbalance {
-        let share = summary["imbalance"][name].as_f64().unwrap().abs();
-        assert!(share <= *bound, "imbalance of {name} in {}: {share:e}", pinned.scene);
-    }
+    let sets: Vec<_> = overrides.iter().flat_map(|set| ["--set", *set]).collect();
+    let summary = summary_of(pinned.scene, &[&["--no-record"], &sets[..]].concat());
+    pinned.check(&summary);
     summary
+}
+
+fn summary_of(scene: &str, arguments: &[&str]) -> Value {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes").join(scene);
+    let mut command = Command::new(env!("CARGO_BIN_EXE_stagger"));
+    let output = command.arg("run").arg(&path).arg("--json").args(arguments).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+impl Pinned {
+    fn check(&self, summary: &Value) {
+        let steps = &summary["steps"];
+        let counts = ["accepted", "rejected", "iterations"].map(|name| steps[name].as_u64().unwrap());
+        assert_eq!(counts, self.counts, "steps, rejections, iterations of {}", self.scene);
+        for (field, expected) in self.means {
+            let mean = field_of(summary, field)["mean"].as_f64().unwrap();
+            assert!((mean - expected).abs() <= 1e-6 * expected.abs(), "mean {field} of {}: {mean}", self.scene);
+        }
+        for (name, bound) in self.imbalance {
+            let share = summary["imbalance"][name].as_f64().unwrap().abs();
+            assert!(share <= *bound, "imbalance of {name} in {}: {share:e}", self.scene);
+        }
+    }
 }
 
 fn field_of<'a>(summary: &'a Value, name: &str) -> &'a Value {

@@ -472,7 +472,8 @@ impl Particles {
         for field in motion.into_iter().chain(lists.cloned()) {
             fields.insert(field.name().into(), field);
         }
-        let mut reply = Reply { fields, ledger: self.stored(state)?, ..Reply::default() };
+        let figures = self.pressed(state);
+        let mut reply = Reply { fields, figures, ledger: self.stored(state)?, ..Reply::default() };
         let deepest = state.contacts.deepest.max(state.wall_contacts.deepest);
         reply.figures.insert("largest overlap over radius".into(), deepest);
         Ok(reply)

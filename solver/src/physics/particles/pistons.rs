@@ -1,6 +1,8 @@
 //! Walls that a set force presses: their motion within a step.
 
-use super::{Particles, Vec3};
+use std::collections::BTreeMap;
+
+use super::{Particles, State, Vec3};
 use crate::physics::walls::{Motion, Pressed, WallState, Work};
 
 /// The pressed walls of a scene on their way through a window.
@@ -10,6 +12,22 @@ pub(super) struct Pistons<'a> {
     pub walls: Vec<WallState>,
     /// Lost in dampers and at stops, less the work of what drives them, in J.
     pub lost_j: f64,
+}
+
+impl Particles {
+    /// What is known of each pressed wall: the force of the particles against its direction, in N, which is the set force at
+    /// rest; and how far it has moved, in m.
+    pub(super) fn pressed(&self, state: &State) -> BTreeMap<String, f64> {
+        let mut figures = BTreeMap::new();
+        for ((wall, moved), force) in self.settings.walls.iter().zip(&state.walls).zip(&state.forces.on_walls) {
+            if let Motion::Pressed(piston) = &wall.motion {
+                let against_n = -force.dot(&Vec3::from(piston.direction));
+                figures.insert(format!("force on {} [N]", wall.name), against_n);
+                figures.insert(format!("displacement of {} [m]", wall.name), moved.displacement_m);
+            }
+        }
+        figures
+    }
 }
 
 impl Pistons<'_> {
