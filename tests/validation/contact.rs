@@ -13,6 +13,7 @@ mod order;
 mod restitution;
 mod rolling;
 mod spin;
+mod substep;
 
 use std::f64::consts::PI;
 

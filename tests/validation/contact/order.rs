@@ -126,12 +126,11 @@ fn verlet_and_the_midpoint_rule_are_of_second_order_and_backward_euler_of_first(
 }
 
 #[test]
-fn windows_of_changing_length_are_of_first_order_at_least() {
+fn windows_of_changing_length_keep_the_order() {
     for (name, case) in cases() {
         let verlet = case.order(|dt_s| Integrator::Verlet { substep_s: Some(1.01 * dt_s) }, 0.4);
         let midpoint = case.order(|_| trapezoidal(0.5), 0.4);
-        // A spring is remembered half a step ahead, of the step before: where the step changes, it is off by its velocity
-        // times half the change. Sliding forgets that.
-        assert!(verlet > 0.9 && midpoint > 0.9, "{name}: {verlet} {midpoint}");
+        // As with equal windows; a spring half a step ahead of the wrong step would make it 1.
+        assert!((verlet - 2.0).abs() < 0.2 && (midpoint - 2.0).abs() < 0.2, "{name}: {verlet} {midpoint}");
     }
 }

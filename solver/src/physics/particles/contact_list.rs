@@ -7,10 +7,16 @@ use serde::{Deserialize, Serialize};
 use stagger_messages::{Field, Measure, MessageError, Port};
 
 use super::{
-    PARALLEL_PARTICLES, Particles, State, Vec3, blocks::Block, bodies::Bodies, contact::Normal as _, lists::Lists,
-    pair_table::PairLaw, springs::Springs,
+    PARALLEL_PARTICLES, Particles, State, Vec3,
+    blocks::Block,
+    bodies::Bodies,
+    contact::{Normal as _, reduced},
+    lists::Lists,
+    pair_table::PairLaw,
+    sliding,
+    springs::Springs,
+    state,
 };
-
 use crate::physics::walls::{Motion, Pose};
 
 /// Ports of one list of contacts: indices, area, distance.
@@ -70,8 +76,18 @@ pub(super) struct Found {
     /// Energy of the bond and of the tangential spring, in J.
     other_j: [f64; 2],
     relative_overlap: f64,
-    /// Stiffness of the contact, as its particles' motion feels it, in N/m.
+    yields: Yield,
+}
+
+/// How hard a contact is for the step, as its particles' motion feels it.
+#[derive(Clone, Copy, Debug)]
+struct Yield {
+    /// Stiffness of its springs, in N/m.
     stiffness_n_m: f64,
+    /// Its damping c_cd A, in kg/s.
+    damping_kg_s: f64,
+    /// Tangential damping over Δt of what sticks by eq. 6.13 and of the bond's shear, in N/m.
+    sticking_n_m: f64,
 }
 
 /// A list of contacts at one instant.
@@ -106,7 +122,7 @@ impl ContactList {
 #[derive(Clone, Copy)]
 pub(super) struct Snapshot<'a> {
     pub bodies: &'a Bodies,
-    pub positions: &'a [Vec3],
+    pub motion: &'a state::Motion,
     pub moduli: &'a [f64],
     pub lists: &'a Lists,
     pub springs: &'a [Springs],
@@ -118,6 +134,7 @@ pub(super) struct Contacts {
     pub pairs: ContactList,
     pub walls: ContactList,
     pub critical_s: f64,
+    pub stable_s: f64,
 }
 
 impl Particles {
@@ -129,16 +146,19 @@ impl Particles {
         bonds_1_s: f64,
     ) -> Result<Contacts, MessageError> {
         let (found, found_walls) = (self.find_contacts(at), self.find_wall_contacts(at));
+        let [critical_s, stable_s] = self.largest_steps(at.bodies, &found, &found_walls, bonds_1_s);
         Ok(Contacts {
             pairs: self.contact_ports.list(&found, before.map(|state| &state.contacts))?,
             walls: self.wall_contact_ports.list(&found_walls, before.map(|state| &state.wall_contacts))?,
-            critical_s: self.critical_step(at.bodies, &found, &found_walls, bonds_1_s),
+            critical_s,
+            stable_s,
         })
     }
 
     /// Contacts between particles, in the order of the lists, which must hold.
     fn find_contacts(&self, at: Snapshot<'_>) -> Vec<Found> {
-        let Snapshot { bodies, positions, moduli, lists, .. } = at;
+        let Snapshot { bodies, motion, moduli, lists, .. } = at;
+        let positions = &motion.positions;
         let of_block = |(index, block): (usize, &Block)| -> Vec<Found> {
             let find = |(entry, [i, j]): (usize, [u32; 2])| {
                 let (i, j) = (i as usize, j as usize);
@@ -163,7 +183,10 @@ impl Particles {
                         energy_per_modulus: self.law.pair_energy(overlap, radius_i, radius_j),
                         other_j: [bond, spring_energy(pair, secant_n_m, spring)],
                         relative_overlap: overlap / radius_i.min(radius_j),
-                        stiffness_n_m: self.stiffness(pair, secant_n_m),
+                        yields: self.yields(pair, secant_n_m, [overlap, overlap / sum, touch.area_m2], || {
+                            let mass = reduced(bodies.masses[i], bodies.masses[j]);
+                            (mass, sliding::of_pair(bodies, motion, [i, j]))
+                        }),
                     }
                 })
             };
@@ -190,7 +213,12 @@ impl Particles {
                 let radius = at.bodies.radii[i];
                 let features = &walls.features[encounter.range()];
                 touches.clear();
-                self.surfaces[wall].touch(&at.poses[wall].to_wall(&at.positions[i]), radius, features, &mut touches);
+                self.surfaces[wall].touch(
+                    &at.poses[wall].to_wall(&at.motion.positions[i]),
+                    radius,
+                    features,
+                    &mut touches,
+                );
                 for touch in &touches {
                     let overlap = radius - touch.distance;
                     let contact = self.law.wall(overlap, radius);
@@ -209,7 +237,12 @@ impl Particles {
                         energy_per_modulus: self.law.wall_energy(overlap, radius),
                         other_j: [bond, spring_energy(pair, secant_n_m, spring)],
                         relative_overlap: overlap / radius,
-                        stiffness_n_m: self.stiffness(pair, secant_n_m),
+                        yields: self.yields(pair, secant_n_m, [overlap, overlap / radius, contact.area_m2], || {
+                            let pose = &at.poses[wall];
+                            let normal = pose.to_world_direction(&touch.normal);
+                            let velocity = sliding::of_wall(at.bodies, at.motion, i, pose, &normal, touch.distance);
+                            (at.bodies.masses[i], velocity)
+                        }),
                     });
                 }
             }
@@ -217,35 +250,77 @@ impl Particles {
         found
     }
 
-    /// Stiffness that limits the step: of pressing, or of sliding where a particle's spin makes it yield more, by
-    /// 1/m + R²/I = 7/(2m).
-    fn stiffness(&self, pair: &PairLaw, secant_n_m: f64) -> f64 {
-        let sliding = pair.tangential * if self.surface.spin { 3.5 } else { 1.0 };
-        secant_n_m * (self.law.power() - 1.0).max(sliding)
+    /// What limits the step: the stiffness of pressing, or of sliding where a particle's spin makes it yield more, by
+    /// 1/m + R²/I = 7/(2m); damping; and what sticks. `[overlap, strain, area]` in m and m²; `sliding` gives m* in kg and the
+    /// velocity at which the contact slides, in m/s.
+    fn yields(
+        &self,
+        pair: &PairLaw,
+        secant_n_m: f64,
+        [overlap, strain, area_m2]: [f64; 3],
+        sliding: impl FnOnce() -> (f64, Vec3),
+    ) -> Yield {
+        let spins = if self.surface.spin { 3.5 } else { 1.0 };
+        let bond = self.surface.bond.filter(|bond| strain >= bond.settings.strain);
+        let sheared = bond.map_or(0.0, |bond| bond.settings.shear_stiffness_n_m3);
+        let mut rubbed_n_m = pair.friction_stiffness_n_m3 * area_m2;
+        if rubbed_n_m > 0.0 {
+            // Sliding resists by μ_d Ψ/v only: as much as sticking at the step (μ_d Ψ/v)/(K_f A), and less beyond.
+            let (mass_kg, velocity) = sliding();
+            let rubs_kg_s = pair.dynamic_friction * secant_n_m * overlap / velocity.norm().max(f64::MIN_POSITIVE);
+            rubbed_n_m = rubbed_n_m.min(spins * rubs_kg_s * rubs_kg_s / mass_kg);
+        }
+        Yield {
+            stiffness_n_m: secant_n_m * (self.law.power() - 1.0).max(spins * pair.tangential),
+            damping_kg_s: pair.damping_n_s_m3 * area_m2,
+            sticking_n_m: spins * (rubbed_n_m + sheared * area_m2),
+        }
     }
 
-    /// Largest stable step of velocity Verlet, 2/ω, in s; ω² is bounded by the largest sum of 2k/m at a particle
-    /// (Gershgorin), which for two particles alone is k/m*. `bonds_1_s` is the largest ω of the bonds. Infinite without
-    /// contacts and bonds.
-    fn critical_step(&self, bodies: &Bodies, contacts: &[Found], wall_contacts: &[Found], bonds_1_s: f64) -> f64 {
-        let mut sums = vec![0.0; bodies.len()];
-        let mut on_walls = vec![0.0; self.surfaces.len()];
+    /// Largest stable steps of velocity Verlet in s: of the springs alone, 2/ω, and with the contacts' damping. Infinite
+    /// without contacts and bonds.
+    ///
+    /// ω² is bounded by the largest sum of 2k/m at a particle (Gershgorin), which for two particles alone is k/m*, and the
+    /// rates of damping likewise. `bonds_1_s` is the largest ω of the bonds. With velocities predicted as
+    /// ours, one particle with spring and damper is stable while (ω Δt)²/4 + γ Δt < 1 (its amplification passes −1 there); what sticks
+    /// has γ in proportion to Δt.
+    fn largest_steps(&self, bodies: &Bodies, contacts: &[Found], wall_contacts: &[Found], bonds_1_s: f64) -> [f64; 2] {
+        let mut sums = vec![Yield::NONE; bodies.len()];
+        let mut on_walls = vec![Yield::NONE; self.surfaces.len()];
         for contact in contacts {
             for row in contact.pair {
-                sums[row as usize] += 2.0 * contact.stiffness_n_m;
+                sums[row as usize].add(2.0, &contact.yields);
             }
         }
         for contact in wall_contacts {
-            sums[contact.pair[0] as usize] += contact.stiffness_n_m;
-            on_walls[contact.pair[1] as usize] += contact.stiffness_n_m;
+            sums[contact.pair[0] as usize].add(1.0, &contact.yields);
+            on_walls[contact.pair[1] as usize].add(1.0, &contact.yields);
         }
-        let rates = bodies.rows.iter().zip(&bodies.masses).map(|(&row, mass)| sums[row as usize] / mass);
+        let particles = bodies.rows.iter().zip(&bodies.masses).map(|(&row, &mass)| (&sums[row as usize], mass));
         let pistons = self.settings.walls.iter().zip(&on_walls).filter_map(|(wall, sum)| match &wall.motion {
-            Motion::Pressed(piston) => Some(sum / piston.mass_kg),
+            Motion::Pressed(piston) => Some((sum, piston.mass_kg)),
             _ => None,
         });
-        let largest = rates.chain(pistons).fold(bonds_1_s * bonds_1_s, f64::max);
-        if largest > 0.0 { 2.0 / largest.sqrt() } else { f64::INFINITY }
+        let mut critical_s = if bonds_1_s > 0.0 { 2.0 / bonds_1_s } else { f64::INFINITY };
+        let mut stable_s = critical_s;
+        for (sum, mass_kg) in particles.chain(pistons) {
+            critical_s = critical_s.min(2.0 / (sum.stiffness_n_m / mass_kg).sqrt());
+            // a Δt² + b Δt = 1.
+            let a = (0.25 * sum.stiffness_n_m + sum.sticking_n_m) / mass_kg;
+            let b = sum.damping_kg_s / mass_kg;
+            stable_s = stable_s.min(2.0 / (b + (b * b + 4.0 * a).sqrt()));
+        }
+        [critical_s, stable_s]
+    }
+}
+
+impl Yield {
+    const NONE: Self = Self { stiffness_n_m: 0.0, damping_kg_s: 0.0, sticking_n_m: 0.0 };
+
+    fn add(&mut self, times: f64, other: &Self) {
+        self.stiffness_n_m += times * other.stiffness_n_m;
+        self.damping_kg_s += times * other.damping_kg_s;
+        self.sticking_n_m += times * other.sticking_n_m;
     }
 }
 

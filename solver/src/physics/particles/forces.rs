@@ -43,6 +43,8 @@ pub(super) struct Evaluator<'a> {
     sources: Vec<f64>,
     /// What contacts and bonds remember: each evaluation advances it by its step.
     memory: Memory,
+    /// The springs of the window's start, in the lists of the state, where they are other than the state's.
+    led: Option<Vec<Springs>>,
     /// Place in memory of each particle's number, where there are bonds.
     places_by_id: Vec<u32>,
     evaluations: u32,
@@ -118,6 +120,7 @@ impl<'a> Evaluator<'a> {
             near: state.near.clone(),
             sources,
             memory: Memory { springs: state.springs.clone(), bonds: state.bonds.clone(), broken_j: 0.0 },
+            led: None,
             places_by_id: if particles.bonds.is_some() { of.places_by_id() } else { Vec::new() },
             evaluations: 0,
             builds: 0,
@@ -136,12 +139,33 @@ impl<'a> Evaluator<'a> {
         if !self.particles.remembers() {
             return Ok(());
         }
+        let springs = self.led.as_ref().unwrap_or(&self.state.springs);
         if Arc::ptr_eq(&self.lists, &self.state.lists) {
-            self.memory.springs.clone_from(&self.state.springs);
+            self.memory.springs.clone_from(springs);
         } else {
-            self.memory.springs = self.state.lists.hand_over(&self.state.springs, &self.lists, Some);
+            self.memory.springs = self.state.lists.hand_over(springs, &self.lists, Some);
         }
         Ok(())
+    }
+
+    /// Starts again from the window's start, at `t_s`, with its springs ahead by half of `step_s`, where the state has them
+    /// ahead by half of another.
+    pub fn lead(&mut self, t_s: f64, step_s: f64) -> Result<(), SolveError> {
+        let by_s = 0.5 * (step_s - self.state.lead_s);
+        if self.evaluations == 0 && by_s == 0.0 {
+            return Ok(());
+        }
+        self.led = (self.particles.remembers() && by_s.abs() > 0.0).then(|| {
+            let mut springs = self.state.springs.clone();
+            self.particles.stretch(self.state, &mut springs, t_s, by_s);
+            springs
+        });
+        self.forget()
+    }
+
+    /// What the contacts of the last evaluation remember.
+    pub fn springs(&self) -> &[Springs] {
+        &self.memory.springs
     }
 
     /// Builds the lists anew where a particle, or a wall as it sees it, has moved half its skin.

@@ -2,25 +2,36 @@
 
 use stagger_messages::Energy;
 
-use super::{Particles, State, contact::Normal as _, contact_list::ContactList, state::Dissipation};
+use super::{Particles, State, Vec3, contact::Normal as _, contact_list::ContactList, state::Dissipation};
 use crate::{
     SolveError,
-    physics::walls::{Motion, Wall},
+    physics::{
+        checks::not_physical,
+        walls::{Motion, Wall},
+    },
 };
 
 impl Particles {
     /// Kinetic, rotational, potential (−m g·r) and elastic energy of `state`, in J.
+    ///
+    /// # Errors
+    /// [`SolveError::NotFinite`] names the fastest particle where the kinetic or the rotational energy overflows.
     pub(super) fn stored(&self, state: &State) -> Result<Vec<Energy>, SolveError> {
         let State { motion, bodies, contacts, wall_contacts, .. } = state;
-        let twice_kinetic: f64 = motion.velocities.iter().zip(&bodies.masses).map(|(v, m)| m * v.norm_squared()).sum();
+        let of_motion = |name, vectors: &[Vec3], inertias: &[f64]| {
+            let twice_j: f64 = vectors.iter().zip(inertias).map(|(vector, m)| m * vector.norm_squared()).sum();
+            if twice_j.is_finite() {
+                return Ok(Energy::stored(name, 0.5 * twice_j));
+            }
+            let sizes = vectors.iter().map(Vec3::amax).zip(&bodies.rows);
+            let (_, row) = sizes.fold((0.0, 0), |most, (size, &row)| if size > most.0 { (size, row) } else { most });
+            Err(not_physical("particles", &format!("{name} energy"), row as usize, twice_j))
+        };
+        let kinetic = of_motion("kinetic", &motion.velocities, &bodies.masses)?;
         let positions = motion.positions.iter().zip(&bodies.masses);
         let potential: f64 = positions.map(|(position, mass)| -mass * self.gravity.dot(position)).sum();
         let elastic = self.elastic(contacts, wall_contacts, &bodies.in_rows(&state.moduli))?;
-        let mut stored = vec![
-            Energy::stored("kinetic", 0.5 * twice_kinetic),
-            Energy::stored("potential", potential),
-            Energy::stored("elastic", elastic),
-        ];
+        let mut stored = vec![kinetic, Energy::stored("potential", potential), Energy::stored("elastic", elastic)];
         if self.surface.bond.is_some() {
             stored.push(Energy::stored("bonds", contacts.bonds_j + wall_contacts.bonds_j));
         }
@@ -38,9 +49,7 @@ impl Particles {
             stored.push(Energy::stored("beams", model.stored_j(&state.bonds)));
         }
         if self.settings.spin {
-            let twice: f64 =
-                motion.spins.iter().zip(&bodies.inertias).map(|(w, inertia)| inertia * w.norm_squared()).sum();
-            stored.push(Energy::stored("rotational", 0.5 * twice));
+            stored.push(of_motion("rotational", &motion.spins, &bodies.inertias)?);
         }
         Ok(stored)
     }

@@ -33,6 +33,7 @@ mod rolling;
 mod settings;
 mod settings_bonds;
 mod settings_fields;
+mod sliding;
 mod softening;
 mod springs;
 pub mod start;
@@ -235,7 +236,7 @@ impl Particles {
         let poses = self.poses(&walls, t_s);
         let at = Snapshot {
             bodies: &bodies,
-            positions: &motion.positions,
+            motion: &motion,
             moduli: &moduli,
             lists: &lists,
             springs: &springs,
@@ -246,6 +247,7 @@ impl Particles {
             contacts: contacts.pairs,
             wall_contacts: contacts.walls,
             critical_s: contacts.critical_s,
+            stable_s: contacts.stable_s,
             forces: Forces::none(bodies.len()),
             near: None,
             bodies: Arc::new(bodies),
@@ -254,6 +256,7 @@ impl Particles {
             lists: Arc::new(lists),
             builds: 0,
             springs,
+            lead_s: before.map_or(0.0, |state| state.lead_s),
             bonds,
             walls,
             register,
@@ -261,7 +264,9 @@ impl Particles {
         let mut forces = state.forces.clone();
         let mut evaluator = Evaluator::new(self, &state, None);
         self.forces_at_start(&state, &mut evaluator, t_s, 0.0, &mut forces)?;
-        state.forces = forces;
+        // Without a step to be ahead by, the springs are those of this instant.
+        let springs = evaluator.springs().to_vec();
+        (state.forces, state.springs, state.lead_s) = (forces, springs, 0.0);
         Ok(state)
     }
 
@@ -285,7 +290,8 @@ impl Particles {
         self.bonds.as_ref().map_or(0.0, rate)
     }
 
-    /// Forces at the window's start `t_s` with friction's step; what is remembered stays as it is.
+    /// Forces at the window's start `t_s` with friction's step. The evaluation stretches the springs by half of it, so that
+    /// it takes them half of it behind.
     fn forces_at_start(
         &self,
         state: &State,
@@ -296,11 +302,12 @@ impl Particles {
     ) -> Result<(), SolveError> {
         let Motion { positions, velocities, spins } = &state.motion;
         let at = At { positions, velocities, spins, turning: spins, walls: &state.walls, t_s, fraction: 0.0, step_s };
-        evaluator.evaluate(at, forces)?;
-        evaluator.forget()
+        evaluator.lead(t_s, -step_s)?;
+        evaluator.evaluate(at, forces)
     }
 
-    /// Forces at the window's start: those of the state, or new ones where friction depends on a step that has changed.
+    /// Forces at the window's start: those of the state, or new ones where friction depends on a step that has changed. What
+    /// contacts remember is put ahead by half of the new step.
     fn start_forces(
         &self,
         state: &State,
@@ -315,6 +322,7 @@ impl Particles {
         if depends && forces.step_s.to_bits() != step_s.to_bits() {
             self.forces_at_start(state, evaluator, t_s, step_s, &mut forces)?;
         }
+        evaluator.lead(t_s, step_s)?;
         Ok(forces)
     }
 
@@ -375,7 +383,7 @@ impl Particles {
         let poses = self.poses(&walls, t_s);
         let at = Snapshot {
             bodies: &bodies,
-            positions: &motion.positions,
+            motion: &motion,
             moduli: &moduli,
             lists: &lists,
             springs: &springs,
@@ -389,6 +397,7 @@ impl Particles {
             contacts: contacts.pairs,
             wall_contacts: contacts.walls,
             critical_s: contacts.critical_s,
+            stable_s: contacts.stable_s,
             bodies,
             motion,
             forces,
@@ -397,6 +406,7 @@ impl Particles {
             near,
             builds: from.builds + advanced.builds,
             springs,
+            lead_s: advanced.substep_s,
             bonds,
             walls,
             register: from.register.clone(),

@@ -67,6 +67,20 @@ impl Springs {
         }
     }
 
+    /// Adds to the spring of every pair that touched at the last evaluation what is given for its entry, in m.
+    pub fn stretch_pairs(&mut self, by: impl Fn(usize) -> Vec3) {
+        for &entry in &self.touching {
+            self.pairs[entry as usize] += by(entry as usize);
+        }
+    }
+
+    /// Adds to the spring of a wall contact, where it touched at the last evaluation, in m.
+    pub fn stretch_wall(&mut self, entry: usize, by: Vec3) {
+        if self.touching_walls[entry] {
+            self.walls[entry] += by;
+        }
+    }
+
     /// Displacement of the spring of a pair, in m.
     #[inline(always)]
     pub fn pair(&self, entry: usize) -> &Vec3 {

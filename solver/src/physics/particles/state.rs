@@ -28,8 +28,10 @@ pub struct State {
     pub(super) near: Option<Arc<NearList>>,
     /// Lists built since the particles were last sorted.
     pub(super) builds: u32,
-    /// Springs of the contacts, block by block.
+    /// Springs of the contacts, block by block, ahead by half of `lead_s`.
     pub(super) springs: Vec<Springs>,
+    /// The step in s by half of which the springs are ahead: the last one.
+    pub(super) lead_s: f64,
     pub(super) bonds: Bonds,
     /// How far pressed walls have moved, by wall.
     pub(super) walls: Vec<WallState>,
@@ -39,8 +41,10 @@ pub struct State {
     pub(super) contacts: ContactList,
     /// Contacts with walls.
     pub(super) wall_contacts: ContactList,
-    /// Largest stable step of the contacts, in s; infinite without contacts.
+    /// Largest stable step of the contacts' springs, in s; infinite without contacts.
     pub(super) critical_s: f64,
+    /// The same with the contacts' damping and regularised friction; at most `critical_s`.
+    pub(super) stable_s: f64,
 }
 
 /// Where the particles are and how they move.

@@ -49,7 +49,9 @@ impl Particles {
         let mass = all().map(|(_, mass)| mass).fold(f64::INFINITY, f64::min);
         let of_pours = self.settings.pours.iter().map(|pour| self.modulus(pour.material, self.settings.temperature_k));
         let modulus = state.moduli.iter().copied().chain(of_pours).fold(0.0, f64::max);
-        let speed = self.reference_speed(state, stored_per_modulus * modulus / mass);
+        let driven = all().map(|(radius, mass)| self.fields.electric_m_s2(self.fields.body(radius, mass)));
+        let driven = driven.fold(Vec3::zeros(), |most, own| if own.norm() > most.norm() { own } else { most });
+        let speed = self.reference_speed(state, driven, stored_per_modulus * modulus / mass);
 
         let (c, q) = self.law.small_pair(radius, radius);
         let (pair_s, overlap) = impact(0.5 * mass, 2.0 * speed, c * self.law.pair_modulus(modulus, modulus), q);
@@ -73,7 +75,8 @@ impl Particles {
                 substep_s = substep_s.min(1.0 / (SUBSTEPS_PER_RELAXATION * rate_1_s));
             }
         };
-        resolve(self.settings.contact.damping_n_s_m3 * area_per_kg);
+        let damping_n_s_m3 = self.table.laws().iter().fold(0.0f64, |most, pair| most.max(pair.damping_n_s_m3));
+        resolve(damping_n_s_m3 * area_per_kg);
         resolve(self.fields.rate_1_s(self.fields.body(radius, mass)));
         if let Some(near) = &self.fields.near_field {
             // The fastest pair in contact: the strongest of all particles as large as the smallest one.
@@ -111,24 +114,31 @@ impl Particles {
         pours.iter().flat_map(of_pour).collect()
     }
 
-    /// √(v² + 2 g H + 2 U/m), or the speed of the gas or of a wall: the fastest particle of the start and of the dispensers
-    /// after the deepest fall and the release of the most compressed contact.
-    fn reference_speed(&self, state: &State, stored_per_kg: f64) -> f64 {
+    /// √(v² + 2 g H + 2 a L + 2 U/m), or the speed of the gas or of a wall: the fastest particle of the start and of the
+    /// dispensers after the deepest fall, the longest way along the acceleration a of the electric field (`driven`, in m/s²),
+    /// and the release of the most compressed contact.
+    fn reference_speed(&self, state: &State, driven: Vec3, stored_per_kg: f64) -> f64 {
         let Motion { positions, velocities, .. } = &state.motion;
         let pours = &self.settings.pours;
         let poured = pours.iter().map(|pour| Vec3::from(pour.velocity_m_s).norm_squared());
         let initial = velocities.iter().map(Vec3::norm_squared).chain(poured).fold(0.0, f64::max);
-        let weight = self.gravity.norm();
         let mut places = positions.clone();
         places.extend(pours.iter().flat_map(|pour| pour.region.corners_m()));
-        let fall = if weight > 0.0 { self.fall(&places, &(self.gravity / weight)) } else { 0.0 };
+        // An acceleration times the longest way along it.
+        let work = |acceleration: Vec3, within: &dyn Fn(&Vec3, &Vec3, f64) -> f64| {
+            let size = acceleration.norm();
+            if size > 0.0 { size * self.fall(&places, &(acceleration / size), within) } else { 0.0 }
+        };
+        let falling = work(self.gravity, &|_, _, way| way);
+        let driving = work(driven, &|from, along, way| self.fields.electric_way_m(from, along, way));
         let gas = self.settings.drag.map_or(0.0, |drag| Vec3::from(drag.velocity_m_s).norm());
         let walls = self.settings.walls.iter().map(|wall| wall.motion.speed_m_s()).fold(0.0, f64::max);
-        (initial + 2.0 * weight * fall + 2.0 * stored_per_kg).sqrt().max(gas).max(walls)
+        (initial + 2.0 * (falling + driving + stored_per_kg)).sqrt().max(gas).max(walls)
     }
 
-    /// Largest way in m along `down` to a wall, or through the cloud where no wall is below.
-    fn fall(&self, positions: &[Vec3], down: &Vec3) -> f64 {
+    /// Largest way in m along `down` to a wall, or through the cloud where no wall is below; of each particle's way counts
+    /// what `within` says.
+    fn fall(&self, positions: &[Vec3], down: &Vec3, within: &dyn Fn(&Vec3, &Vec3, f64) -> f64) -> f64 {
         let planes: Vec<_> = self.settings.walls.iter().flat_map(|wall| wall.shape.planes()).collect();
         let through = |position: &Vec3| {
             let ways = planes.iter().filter_map(|plane| {
@@ -141,7 +151,8 @@ impl Particles {
         };
         let heights = || positions.iter().map(|position| position.dot(down));
         let extent = heights().fold(f64::NEG_INFINITY, f64::max) - heights().fold(f64::INFINITY, f64::min);
-        positions.iter().map(|position| through(position).unwrap_or(extent)).fold(0.0, f64::max)
+        let way = |position: &Vec3| within(position, down, through(position).unwrap_or(extent));
+        positions.iter().map(way).fold(0.0, f64::max)
     }
 }
 

@@ -133,9 +133,17 @@ impl Trapezoidal {
     }
 }
 
-/// Σ‖r^K − r^{K−1}‖ / Σ‖r^K − r^L‖ (eq. 6.48); zero where nothing moved.
+/// A change of a position of at most this many times its largest coordinate is rounding: four to eight units of its last place,
+/// which iterates that have converged keep jumping by, for particles at rest or far from the origin more than they move.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
+
+/// Σ‖r^K − r^{K−1}‖ / Σ‖r^K − r^L‖ (eq. 6.48); zero where nothing moved by more than rounding.
 fn relative_change(now: &[Vec3], before: &[Vec3], start: &[Vec3]) -> f64 {
-    let sum = |from: &[Vec3]| now.iter().zip(from).map(|(a, b)| (a - b).norm()).sum::<f64>();
-    let increment = sum(start);
-    if increment > 0.0 { sum(before) / increment } else { 0.0 }
+    let changes = now.iter().zip(before).map(|(now, before)| {
+        let change = (now - before).norm();
+        if change <= ROUNDING * now.amax() { 0.0 } else { change }
+    });
+    let change = changes.sum::<f64>();
+    let increment: f64 = now.iter().zip(start).map(|(now, start)| (now - start).norm()).sum();
+    if change > 0.0 && increment > 0.0 { change / increment } else { 0.0 }
 }

@@ -24,6 +24,11 @@ const SHARE_OF_CRITICAL: f64 = 0.2;
 /// The same as a bound of the scene's own substep: beyond it Verlet still is stable, but a contact gains energy.
 const LARGEST_SHARE_OF_CRITICAL: f64 = 0.5;
 
+/// Share of the largest step at which damping and regularised friction are stable that a substep never exceeds; and the one
+/// with which a window is repeated.
+const LARGEST_SHARE_OF_STABLE: f64 = 0.5;
+const SHARE_OF_STABLE: f64 = 0.4;
+
 /// More substeps by which a window is solved again where a particle moved more than its radius in one, and how often.
 const REFINEMENT: f64 = 8.0;
 const REFINEMENTS: u32 = 2;
@@ -44,10 +49,10 @@ pub(super) fn solve(
         };
         let substep_s = advanced.substep_s;
         let (end, reply) = particles.finish(state, *advanced, heat, window.t_s + window.dt_s)?;
-        if substep_s <= LARGEST_SHARE_OF_CRITICAL * end.critical_s {
+        if substep_s <= (LARGEST_SHARE_OF_CRITICAL * end.critical_s).min(LARGEST_SHARE_OF_STABLE * end.stable_s) {
             return Ok(Ok((end, reply)));
         }
-        longest_s = SHARE_OF_CRITICAL * end.critical_s;
+        longest_s = (SHARE_OF_CRITICAL * end.critical_s).min(SHARE_OF_STABLE * end.stable_s);
     }
 }
 
@@ -68,7 +73,8 @@ fn advance(
         Integrator::Verlet { substep_s: Some(_) } => LARGEST_SHARE_OF_CRITICAL,
         _ => SHARE_OF_CRITICAL,
     };
-    let bound_s = longest_s.min(particles.substep_s).min(share * state.critical_s);
+    let stable_s = (share * state.critical_s).min(LARGEST_SHARE_OF_STABLE * state.stable_s);
+    let bound_s = longest_s.min(particles.substep_s).min(stable_s);
     // The margin keeps a window of exactly ten substeps from taking eleven.
     let mut count = (window.dt_s / bound_s - 1e-9).ceil().max(1.0);
     let mut jump = Ok(1.0);

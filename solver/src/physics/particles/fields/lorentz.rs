@@ -54,8 +54,20 @@ impl Lorentz {
         if !self.presence.is_on(t_s) || !self.presence.reaches(position) {
             return (Vec3::zeros(), 0.0);
         }
-        let electric = body.charge_c * self.electric;
+        let electric = self.electric_n(body);
         (electric + body.charge_c * velocity.cross(&self.magnetic), electric.dot(velocity))
+    }
+
+    /// The electric part q E of the force, in N.
+    #[must_use]
+    pub fn electric_n(&self, body: Body) -> Vec3 {
+        body.charge_c * self.electric
+    }
+
+    /// How much of a way of `length_m` from a place along a unit vector lies in the field's region, in m.
+    #[must_use]
+    pub fn way_m(&self, from: &Vec3, along: &Vec3, length_m: f64) -> f64 {
+        self.presence.way_m(from, along, length_m)
     }
 
     /// Angular frequency |q| B/m about the magnetic field, in rad/s.

@@ -107,6 +107,18 @@ impl Fields {
         sum
     }
 
+    /// Acceleration q E/m of a particle by the electric field where it acts, in m/s².
+    #[must_use]
+    pub fn electric_m_s2(&self, body: Body) -> Vec3 {
+        self.lorentz.as_ref().map_or_else(Vec3::zeros, |lorentz| lorentz.electric_n(body) / body.mass_kg)
+    }
+
+    /// How much of a way of `length_m` from a place along a unit vector lies in the electric field's region, in m.
+    #[must_use]
+    pub fn electric_way_m(&self, from: &Vec3, along: &Vec3, length_m: f64) -> f64 {
+        self.lorentz.as_ref().map_or(0.0, |lorentz| lorentz.way_m(from, along, length_m))
+    }
+
     /// Fastest rate in 1/s at which these forces change a particle's motion: turning about the magnetic field, relaxing
     /// in the gas, swinging in the magnetic gradient. A substep resolves them where it is short against its inverse.
     #[must_use]

@@ -1,0 +1,116 @@
+//! No particle, one, many in one place, and sizes far apart.
+
+use stagger_solver::physics::particles::{Friction, Particles, Settings};
+
+use crate::{bed::*, outcome::*};
+
+#[test]
+fn no_particle_and_a_lonely_one() {
+    for integrator in INTEGRATORS {
+        for law in laws(1e8) {
+            let none = Settings { integrator, ..rich(law, 2000.0, &[]) };
+            let ran = outcome(&none, &[], 1e-2, 5e-2).ran();
+            assert!(ran.reply.fields.values().all(|field| field.rows() == 0));
+            let one = [([0.0; 3], [1.0, -2.0, 0.0], 0.05)];
+            let mut settings = Settings { integrator, ..rich(law, 2000.0, &one) };
+            settings.gravity_m_s2 = [0.0, 0.0, -10.0];
+            let ran = outcome(&settings, &one, 1e-2, 5e-2).ran();
+            let at = field(&ran.reply, "positions");
+            // A parabola, which both rules follow exactly.
+            let expected = [0.05, -0.1, -0.5 * 10.0 * 0.0025];
+            assert!((0..3).all(|axis| (at[axis] - expected[axis]).abs() < 1e-15), "{at:?}");
+            assert!(ran.imbalance < 1e-13, "{:e}", ran.imbalance);
+        }
+    }
+}
+
+#[test]
+fn particles_in_one_place_or_nearly_part_with_their_energy() {
+    for integrator in INTEGRATORS {
+        for law in laws(1e8) {
+            for apart in [0.0, 1e-300, 1e-30, 1e-16] {
+                let spheres = [([0.0; 3], [0.0; 3], 0.05), ([apart, 0.0, 0.0], [0.0; 3], 0.05)];
+                let settings = Settings { integrator, ..settings(law, 2000.0, &spheres) };
+                let ran = outcome(&settings, &spheres, 1e-3, 2e-2).ran();
+                // Elastic: the whole depth is released, within Verlet's error at its coarsest, that of a window cut by its own
+                // error bound.
+                assert!(ran.imbalance < 1e-2, "{law:?} {apart:e} {integrator:?}: {:e}", ran.imbalance);
+                assert!(ran.drift < 1e-14, "{law:?} {apart:e}: {:e}", ran.drift);
+                assert_eq!(ran.reply.fields["contact_area"].rows(), 0, "{law:?} {apart:e}: they have parted");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_million_particles_in_one_cell_are_refused_by_name() {
+    let spheres: Vec<Sphere> = (0..1_000_000).map(|k| ([1e-9 * f64::from(k), 0.0, 0.0], [0.0; 3], 1.0)).collect();
+    let cause = Particles::new(settings(laws(1e6)[0], 1000.0, &spheres)).unwrap_err().to_string();
+    assert!(cause.contains("more than 1000 neighbours a particle"), "{cause}");
+}
+
+#[test]
+fn three_hundred_particles_in_one_place_burst_apart() {
+    let spheres: Vec<Sphere> = vec![([0.0; 3], [0.0; 3], 0.5); 300];
+    for integrator in INTEGRATORS {
+        let settings = Settings { integrator, ..settings(laws(1e6)[0], 1000.0, &spheres) };
+        let ran = outcome(&settings, &spheres, 1e-3, 2e-2).ran();
+        assert!(ran.imbalance < 1e-2 && ran.drift < 1e-13, "{integrator:?}: {:e} {:e}", ran.imbalance, ran.drift);
+    }
+}
+
+#[test]
+fn a_sphere_meets_one_a_thousand_or_a_million_times_smaller() {
+    for integrator in INTEGRATORS {
+        for law in laws(1e8) {
+            for radius in [1e-3, 1e-6] {
+                // The larger one is as good as a wall.
+                let spheres = [([0.0; 3], [0.0; 3], 1.0), ([0.0, 0.0, 1.0 + 1.5 * radius], [0.0, 0.0, -1.0], radius)];
+                let settings = Settings { integrator, ..rich(law, 2000.0, &spheres) };
+                let ran = outcome(&settings, &spheres, 0.1 * radius, 10.0 * radius).ran();
+                let speed = field(&ran.reply, "velocities")[5];
+                // 0.7 in the limit of small overlap, which the overlap laws are not in.
+                assert!((0.4..0.9).contains(&speed), "{law:?} {radius:e} {integrator:?}: {speed} m/s");
+                assert!(ran.imbalance < 1e-2, "{law:?} {radius:e} {integrator:?}: {:e}", ran.imbalance);
+            }
+        }
+    }
+}
+
+#[test]
+fn far_from_the_origin_a_contact_is_what_it_is_there() {
+    // 1e6 m away, positions are good to 1e-10 m, 1e-4 of the overlap.
+    for integrator in INTEGRATORS {
+        for law in laws(1e6) {
+            for friction in [None, Some(SPRING)] {
+                let end = |offset: f64| {
+                    let mut spheres = collision(0.05, 0.5, 1e-3);
+                    for sphere in &mut spheres {
+                        sphere.0 = sphere.0.map(|x| x + offset);
+                    }
+                    let mut settings = Settings { integrator, ..settings(law, 2000.0, &spheres) };
+                    (settings.friction, settings.spin) = (friction, friction.is_some());
+                    let ran = outcome(&settings, &spheres, 1e-3, 0.1).ran();
+                    assert!(ran.imbalance < 1e-2, "{law:?} {integrator:?} {offset:e}: {:e}", ran.imbalance);
+                    field(&ran.reply, "velocities").to_vec()
+                };
+                let (near, far) = (end(0.0), end(1e6));
+                let difference = near.iter().zip(&far).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+                // 1e-4 of what a spring of that overlap gives; windows are cut where they are by the same share.
+                assert!(difference < 1e-2, "{law:?} {integrator:?} {friction:?}: {difference:e} m/s");
+            }
+        }
+    }
+}
+
+#[test]
+fn particles_at_rest_far_from_the_origin_converge() {
+    // Their increments are below the rounding of where they are.
+    let spheres: Vec<Sphere> = (0..8).map(|k| ([1e6 + 1.999e-3 * f64::from(k), 1e6, 1e6], [0.0; 3], 1e-3)).collect();
+    let mut settings = Settings { integrator: TRAPEZOIDAL, ..settings(laws(1e6)[2], 2000.0, &spheres) };
+    settings.contact.restitution = Some(0.5);
+    settings.friction =
+        Some(Friction::Regularised { stiffness_n_m3: 1e6, static_coefficient: 0.5, dynamic_coefficient: 0.4 });
+    let ran = outcome(&settings, &spheres, 1e-6, 1e-4).ran();
+    assert_eq!(ran.cuts, 0);
+}
