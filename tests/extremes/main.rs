@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 #[path = "../validation/contact/bed.rs"]
+#[expect(dead_code, reason = "shared with the validation tests, which need more of it")]
 mod bed;
 mod crowds;
 mod laws;

@@ -21,7 +21,11 @@ fn a_step_far_too_large_is_cut_or_refused_and_never_wrong() {
                 let settings = Settings { integrator, ..settings(law, 2000.0, &spheres) };
                 // As the coordinator cuts them.
                 let ran = outcome(&settings, &spheres, dt_s, 0.1).ran();
-                assert!(ran.imbalance < 2e-2, "{law:?} {dt_s:e} {integrator:?}: {:e}", ran.imbalance);
+                assert!(ran.drift < 1e-13, "{law:?} {dt_s:e} {integrator:?}: {:e}", ran.drift);
+                // Where the scene sets the step, or for the trapezoidal rule its largest one, so coarse a contact is stable, but
+                // its energy is as wrong as the imbalance says.
+                let bound = if integrator == VERLET { 2e-2 } else { 2.0 };
+                assert!(ran.imbalance < bound, "{law:?} {dt_s:e} {integrator:?}: {:e}", ran.imbalance);
                 let velocities = field(&ran.reply, "velocities");
                 assert!(velocities[0] < 0.0 && velocities[3] > 0.0, "they have met: {velocities:?}");
             }
@@ -51,11 +55,11 @@ fn speeds_from_hardly_any_to_those_that_no_energy_holds() {
     for integrator in INTEGRATORS {
         for law in laws(1e8) {
             for speed in [1e-200, 1e-100, 1e-9, 1e-3, 1.0, 1e3] {
-                let gap = 1e-9;
-                let spheres = collision(0.05, speed, gap);
+                let spheres = collision(0.05, speed, 0.0);
                 let settings = Settings { integrator, ..settings(law, 2000.0, &spheres) };
-                let dt_s = (1e-3 / speed).min(1e-2);
-                match outcome(&settings, &spheres, dt_s, 10.0 * dt_s) {
+                // The square of the smallest underflows: nothing moves as far as energy is concerned.
+                let dt_s = contact_s(&settings).map_or(1e-2, |contact_s| contact_s / 40.0);
+                match outcome(&settings, &spheres, dt_s, 120.0 * dt_s) {
                     Outcome::Ran(ran) => assert!(
                         ran.imbalance < 5e-2 && ran.drift < 1e-13,
                         "{law:?} {speed:e} {integrator:?}: {:e} {:e}",

@@ -16,8 +16,10 @@ pub const INTEGRATORS: [Integrator; 2] = [VERLET, TRAPEZOIDAL];
 pub const SPRING: Friction =
     Friction::Spring { stiffness_ratio: None, damping_ratio: None, static_coefficient: 0.5, dynamic_coefficient: 0.4 };
 
-/// Windows a run may be cut into where it asks for smaller ones.
-const CUTS: u32 = 200;
+/// Times in a row that a window may be cut.
+const CUTS: u32 = 100;
+/// Substeps that a run may take in all.
+const SUBSTEPS: f64 = 2e6;
 
 /// What came of a run.
 #[derive(Debug)]
@@ -36,7 +38,6 @@ pub struct Ran {
     pub imbalance: f64,
     /// Change of the momentum over the sum of the momenta's sizes, the largest on the way.
     pub drift: f64,
-    pub substeps: f64,
     /// Windows that were asked for again, smaller.
     pub cuts: u32,
 }
@@ -104,7 +105,7 @@ fn advance(settings: &Settings, spheres: &[Sphere], dt_s: f64, end_s: f64) -> Re
     let density = settings.materials[0].density_kg_m3;
     let (start, mut largest) = momentum(spheres, density, &reply);
     let before = energy(&reply, Kind::Stored);
-    let (mut t_s, mut step_s, mut cuts, mut substeps) = (0.0, dt_s, 0, 0.0);
+    let (mut t_s, mut step_s, mut cuts, mut in_a_row, mut substeps) = (0.0, dt_s, 0, 0, 0.0);
     let (mut lost, mut turned, mut drift) = (0.0, 0.0, 0.0f64);
     let mut stored = before;
     while t_s < end_s {
@@ -127,6 +128,10 @@ fn advance(settings: &Settings, spheres: &[Sphere], dt_s: f64, end_s: f64) -> Re
                     largest = largest.max(size);
                     drift = (0..3).map(|axis| (now[axis] - start[axis]).abs()).fold(drift, f64::max);
                     (state, reply) = (next, said);
+                    in_a_row = 0;
+                    if substeps > SUBSTEPS {
+                        return Err(SolveError::Mismatch(format!("more than {SUBSTEPS:e} substeps")));
+                    }
                     t_s += window.dt_s;
                     step_s = (2.0 * window.dt_s).min(dt_s);
                     continue;
@@ -135,21 +140,15 @@ fn advance(settings: &Settings, spheres: &[Sphere], dt_s: f64, end_s: f64) -> Re
             Err(error) if error.retry() => 0.5,
             Err(error) => return Err(error),
         };
-        cuts += 1;
-        if cuts > CUTS {
+        (cuts, in_a_row) = (cuts + 1, in_a_row + 1);
+        if in_a_row > CUTS {
             return Err(SolveError::Mismatch(format!("asks for less than {} s", window.dt_s)));
         }
         step_s = window.dt_s * factor;
     }
     let scale = before.abs().max(turned);
     let share = |value: f64, of: f64| if value > 0.0 { value / of } else { 0.0 };
-    Ok(Ran {
-        imbalance: share((stored - before + lost).abs(), scale),
-        drift: share(drift, largest),
-        substeps,
-        cuts,
-        reply,
-    })
+    Ok(Ran { imbalance: share((stored - before + lost).abs(), scale), drift: share(drift, largest), cuts, reply })
 }
 
 /// The laws at a stiffness in Pa, or N/m where the spring is linear.
@@ -178,4 +177,22 @@ pub fn collision(radius: f64, speed: f64, gap: f64) -> Vec<Sphere> {
         ([-radius - 0.5 * gap, 0.0, 0.0], [speed, 0.1 * speed, 0.0], radius),
         ([radius + 0.5 * gap, 0.0, 0.0], [-speed, 0.0, 0.0], radius),
     ]
+}
+
+/// The shortest contact that the automatic substep expects, in s; `None` where nothing moves.
+pub fn contact_s(settings: &Settings) -> Option<f64> {
+    // Friction may have time scales of its own, shorter than can be resolved.
+    let settings = Settings { integrator: VERLET, friction: None, ..settings.clone() };
+    let particles = Particles::new(settings).unwrap();
+    let (state, _) = particles.initial().unwrap();
+    let (_, reply) = particles.solve(&state, &Frozen::default(), Window { t_s: 0.0, dt_s: 1e-12 }).unwrap();
+    let shortest = reply.figures.get("shortest contact time over substep");
+    shortest.map(|share| share * reply.figures["substep [s]"])
+}
+
+/// The outcome after so many contact times and `way_s`, in windows that resolve a contact: the trapezoidal rule has no step of
+/// its own to do that.
+pub fn resolved(settings: &Settings, spheres: &[Sphere], contacts: f64, way_s: f64) -> Outcome {
+    let contact_s = contact_s(settings).unwrap();
+    outcome(settings, spheres, contact_s / 40.0, contacts * contact_s + way_s)
 }

@@ -177,6 +177,9 @@ pub(super) struct Surface {
     pub bond: Option<MonographBond>,
 }
 
+/// Distance in m at and below which two particles are at the same place: its square is hardly a number any more.
+pub(super) const SAME_PLACE_M: f64 = 1e-150;
+
 /// Two bodies that touch; quantities are of the partner relative to i.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Meeting<R> {

@@ -8,7 +8,7 @@ use pulp::{Simd, WithSimd};
 use super::{
     Vec3,
     bodies::sphere_inertia,
-    contact::{Meeting, Normal, Tangential, reduced},
+    contact::{Meeting, Normal, SAME_PLACE_M, Tangential, reduced},
     kernel::{Bed, Body, Task},
     lanes::{LANES, Lanes, Real, Triple},
     pair_table::PairLaw,
@@ -214,10 +214,10 @@ impl<N: Normal, T: Tangential> PairKernel<'_, '_, N, T> {
         let sum = radius_i + radius_j;
         let distance = between.dot(between).sqrt();
         let overlap = sum - distance;
-        let inverse = one / distance.most(zero.all(f64::MIN_POSITIVE));
-        let direction = between * inverse;
         // Particles at the same place have no direction, and are parted along z.
-        let apart = zero.below(distance);
+        let apart = zero.all(SAME_PLACE_M).below(distance);
+        let inverse = Real::choose(apart, one / distance.most(zero.all(f64::MIN_POSITIVE)), zero);
+        let direction = between * inverse;
         let pair = match particles.table.only() {
             Some(pair) => pair.map(|&value| zero.all(value)),
             None => batch.law.map(|column| register.load(column)),

@@ -6,6 +6,7 @@ use super::{
     PARALLEL_PARTICLES, Particles, Vec3,
     blocks::Block,
     bodies::Bodies,
+    contact::SAME_PLACE_M,
     springs::Springs,
     state::{Motion, State},
     wall_list::WallList,
@@ -21,7 +22,7 @@ fn tangential(normal: &Vec3, velocity: Vec3, rolling: Vec3) -> Vec3 {
 pub(super) fn of_pair(bodies: &Bodies, motion: &Motion, [i, j]: [usize; 2]) -> Vec3 {
     let Motion { positions, velocities, spins } = motion;
     let between = positions[j] - positions[i];
-    let normal = between.try_normalize(0.0).unwrap_or_else(Vec3::z);
+    let normal = between.try_normalize(SAME_PLACE_M).unwrap_or_else(Vec3::z);
     tangential(&normal, velocities[j] - velocities[i], spins[i] * bodies.radii[i] + spins[j] * bodies.radii[j])
 }
 
