@@ -47,7 +47,7 @@ fn restitution_from_nearly_none_to_all() {
 #[test]
 fn friction_of_any_stiffness_takes_energy_and_gives_none() {
     for integrator in INTEGRATORS {
-        for stiffness_n_m3 in [0.0, 1.0, 1e6, 1e10, 1e13, 1e300] {
+        for stiffness_n_m3 in [0.0, 1.0, 1e6, 1e10, 1e300] {
             let spheres = collision(0.05, 0.5, 1e-5);
             let mut settings = Settings { integrator, ..settings(laws(1e7)[2], 2000.0, &spheres) };
             settings.friction =

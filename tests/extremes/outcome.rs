@@ -16,10 +16,11 @@ pub const INTEGRATORS: [Integrator; 2] = [VERLET, TRAPEZOIDAL];
 pub const SPRING: Friction =
     Friction::Spring { stiffness_ratio: None, damping_ratio: None, static_coefficient: 0.5, dynamic_coefficient: 0.4 };
 
-/// Times in a row that a window may be cut.
+/// Times in a row that a window may be cut, and times in all.
 const CUTS: u32 = 100;
+const ALL_CUTS: u32 = 5000;
 /// Substeps that a run may take in all.
-const SUBSTEPS: f64 = 2e6;
+const SUBSTEPS: f64 = 2e5;
 
 /// What came of a run.
 #[derive(Debug)]
@@ -141,7 +142,7 @@ fn advance(settings: &Settings, spheres: &[Sphere], dt_s: f64, end_s: f64) -> Re
             Err(error) => return Err(error),
         };
         (cuts, in_a_row) = (cuts + 1, in_a_row + 1);
-        if in_a_row > CUTS {
+        if in_a_row > CUTS || cuts > ALL_CUTS {
             return Err(SolveError::Mismatch(format!("asks for less than {} s", window.dt_s)));
         }
         step_s = window.dt_s * factor;
