@@ -1,6 +1,7 @@
 //! The physics of a scene, each a pure [`Physics`](crate::coupling::Physics).
 
 mod checks;
+mod linear;
 pub mod optics;
 pub mod particles;
 mod rows;
