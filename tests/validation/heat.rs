@@ -39,6 +39,7 @@ fn settings(count: usize) -> Settings {
         phi: 0.5,
         pour_temperature_k: None,
         reads_absorbed_power: false,
+        reads_joule_power: false,
         reads_ids: false,
         tolerance: 1e-14,
         iterations: 1000,

@@ -265,7 +265,7 @@ impl Scene {
             built_in.contains(&name) || by_command || (name == "optics" && second_laser)
         };
 
-        let thermal = thermal.map(|table| thermal::read(table, &bodies, &walls, runs("optics")));
+        let thermal = thermal.map(|table| thermal::read(table, &bodies, &walls, &runs));
         let optics = optics.and_then(|table| optics::read(table, &bodies));
         let particles = bodies.settings(&walls, seed, runs("thermal"));
 

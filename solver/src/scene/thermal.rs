@@ -44,7 +44,7 @@ pub(super) static SECTION: Section = Section {
 };
 
 /// Reads the settings of the particles' temperature.
-pub(super) fn read(table: Table<'_>, bodies: &Bodies<'_>, walls: &[Wall], reads_absorbed_power: bool) -> Settings {
+pub(super) fn read(table: Table<'_>, bodies: &Bodies<'_>, walls: &[Wall], runs: impl Fn(&str) -> bool) -> Settings {
     let material = &bodies.material.1;
     let settings = Settings {
         count: bodies.count,
@@ -58,7 +58,8 @@ pub(super) fn read(table: Table<'_>, bodies: &Bodies<'_>, walls: &[Wall], reads_
         },
         walls: walls.to_vec(),
         phi: table.number(&PHI),
-        reads_absorbed_power,
+        reads_absorbed_power: runs("optics"),
+        reads_joule_power: runs("current"),
         reads_ids: bodies.come_and_go,
         pour_temperature_k: None,
         tolerance: table.number(&TOLERANCE),

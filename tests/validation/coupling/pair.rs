@@ -68,6 +68,7 @@ fn members(integrator: Integrator, phi: f64) -> BTreeMap<String, Box<dyn Partici
         phi,
         pour_temperature_k: None,
         reads_absorbed_power: false,
+        reads_joule_power: false,
         reads_ids: false,
         tolerance: 1e-15,
         iterations: 1000,

@@ -1,4 +1,4 @@
-//! Temperature of the particles: conduction through contacts, heat from absorbed light.
+//! Temperature of the particles: conduction through contacts, heat from absorbed light and from electrical current.
 
 mod conductance;
 mod network;
@@ -6,7 +6,7 @@ mod particles;
 mod settings;
 mod trapezoidal;
 
-use std::{collections::BTreeMap, sync::Arc};
+use std::{borrow::Cow, collections::BTreeMap, sync::Arc};
 
 use network::Network;
 use particles::{Carried, Particles};
@@ -27,15 +27,15 @@ const NODE: &str = "thermal";
 /// m_i C θ̇_i = Σ_j G_ij (θ_j − θ_i) + Σ_w G_iw (θ_w − θ_i) + H_i
 ///
 /// with m_i = ρ 4/3 π R_i³, the contact conductances G of [`Conductance`], walls of given temperature θ_w (insulated
-/// where they have none) and the absorbed power H_i. The trapezoidal rule with weight φ takes it through a window.
+/// where they have none) and the power H_i of absorbed light and of electrical current. The trapezoidal rule with weight φ takes it through a window.
 ///
 /// Valid while a particle is nearly isothermal. The figure `largest Biot number` is Bi = G/(K R), the largest
 /// conductance of one contact over that of the particle behind it (R the smaller radius): small against 1 it is valid,
 /// from about 0.1 on the temperature inside a particle varies noticeably.
 ///
 /// The ledger's `heat` counts from the start: Σ m_i C (θ_i − θ(0)), in J, so that it is 0 at t = 0, where masses are
-/// not known yet. Its change over a window is `absorbed` − `to_walls` + `poured` − `removed` to rounding; the last two are
-/// the heat of particles that come and go, where `ids` tell. These do so at the window's start: a new one begins with the
+/// not known yet. Its change over a window is `absorbed` + `joule` − `to_walls` + `poured` − `removed` to rounding; the last
+/// two are the heat of particles that come and go, where `ids` tell. These do so at the window's start: a new one begins with the
 /// temperature of what is poured, and contacts of one that is gone conduct nothing, at the start either. Radii do not
 /// change during a run.
 pub struct Thermal {
@@ -113,6 +113,9 @@ impl Physics for Thermal {
         if self.settings.reads_absorbed_power {
             reads.push(Port::f64("absorbed_power", "W", "particles", 1, Measure::None).as_sum());
         }
+        if self.settings.reads_joule_power {
+            reads.push(Port::f64("joule_power", "W", "particles", 1, Measure::None).as_sum());
+        }
         if self.settings.reads_ids {
             reads.push(Port::u32("ids", "particles", 1));
         }
@@ -137,9 +140,16 @@ impl Physics for Thermal {
                 state.temperature.rows()
             )));
         }
-        let absorbed_w =
-            settings.reads_absorbed_power.then(|| now.absorbed(&frozen.end, [&before, then])).transpose()?;
-        let absorbed_w = absorbed_w.as_deref();
+        let mut power = |reads: bool, name: &str| {
+            reads.then(|| now.power(name, &frozen.end, [&before, then])).transpose()
+        };
+        let absorbed_w = power(settings.reads_absorbed_power, "absorbed_power")?;
+        let joule_w = power(settings.reads_joule_power, "joule_power")?;
+        let power_w = match (&absorbed_w, &joule_w) {
+            (Some(light), Some(current)) => Some(Cow::Owned(light.iter().zip(&**current).map(|(a, b)| a + b).collect())),
+            (one, other) => one.as_deref().or(other.as_deref()).map(Cow::Borrowed),
+        };
+        let power_w: Option<&[f64]> = power_w.as_deref();
         let radii_m = now.radii.f64()?;
         let capacities_j_k: Vec<f64> = radii_m.iter().map(|&radius_m| settings.capacity_j_k(radius_m)).collect();
         let at_start = Network::new(settings, &frozen.start, radii_m, before.rows(&now)?.as_deref())?;
@@ -148,7 +158,7 @@ impl Physics for Thermal {
         let Carried { temperatures_k: start_k, poured_j, removed_j } =
             then.carry(settings, state.temperature.f64()?, &now)?;
         let networks = [&at_start, &at_end];
-        let advanced = trapezoidal::advance(settings, &capacities_j_k, &start_k, networks, absorbed_w, window.dt_s);
+        let advanced = trapezoidal::advance(settings, &capacities_j_k, &start_k, networks, power_w, window.dt_s);
         finite(NODE, "temperature", 1, &advanced.temperatures_k)?;
 
         let above_start_k = advanced.temperatures_k.iter().map(|temperature| temperature - settings.temperature_k);
@@ -156,9 +166,12 @@ impl Physics for Thermal {
             capacities_j_k.iter().zip(above_start_k).fold(0.0, |sum, (capacity, above)| sum + capacity * above);
         let mut ledger = vec![
             Energy::stored("heat", heat_j),
-            Energy::gained("absorbed", absorbed_w.map_or(0.0, |power_w| energy_j(power_w, window.dt_s))),
+            Energy::gained("absorbed", absorbed_w.map_or(0.0, |power_w| energy_j(&power_w, window.dt_s))),
             Energy::lost("to_walls", advanced.to_walls_j),
         ];
+        if let Some(power_w) = joule_w {
+            ledger.push(Energy::gained("joule", energy_j(&power_w, window.dt_s)));
+        }
         if settings.reads_ids {
             ledger.extend([Energy::gained("poured", poured_j), Energy::lost("removed", removed_j)]);
         }

@@ -21,8 +21,8 @@ pub(super) struct Particles {
     pub(super) radii: Field,
     /// Who they are; `None` where nobody says it, and particles neither come nor go.
     ids: Option<Field>,
-    /// Who those were that the absorbed power read last belongs to: it may be older than the rest.
-    lit: Option<Field>,
+    /// Who those were that the powers read last belong to, one list for each: they may be older than the rest.
+    heated: Vec<Field>,
 }
 
 /// Temperatures at a window's start on the rows of its end, and the heat above the initial temperature that moved with
@@ -40,7 +40,7 @@ impl Particles {
         let radii = field(fields, "radii")?.clone();
         let ids = settings.reads_ids.then(|| field(fields, "ids")).transpose()?.cloned();
         match ids.as_ref().filter(|ids| ids.support != radii.support) {
-            None => Ok(Self { radii, ids, lit: None }),
+            None => Ok(Self { radii, ids, heated: Vec::new() }),
             Some(ids) => Err(SolveError::Mismatch(format!(
                 "{NODE}: field `ids` is of {} particles at revision {}, but `radii` of {} at revision {}",
                 ids.support.count, ids.support.revision, radii.support.count, radii.support.revision
@@ -90,29 +90,33 @@ impl Particles {
         Ok(Carried { temperatures_k: carried_k, poured_j, removed_j })
     }
 
-    /// The absorbed power on these rows, in W. Where its writer has not seen yet who came or went, particles take what
-    /// it gave them then, and new ones nothing; `known` are the particles of earlier instants it may belong to.
-    pub(super) fn absorbed<'f>(&mut self, fields: &'f Fields, known: [&Self; 2]) -> Result<Cow<'f, [f64]>, SolveError> {
-        let power = field(fields, "absorbed_power")?;
+    /// The power `name` on these rows, in W. Where its writer has not seen yet who came or went, particles take what it
+    /// gave them then, and new ones nothing; `known` are the particles of earlier instants it may belong to.
+    pub(super) fn power<'f>(
+        &mut self,
+        name: &str,
+        fields: &'f Fields,
+        known: [&Self; 2],
+    ) -> Result<Cow<'f, [f64]>, SolveError> {
+        let power = field(fields, name)?;
         let Some(ids) = &self.ids else {
-            return values(NODE, fields, "absorbed_power", self.radii.rows(), "`radii`").map(Cow::Borrowed);
+            return values(NODE, fields, name, self.radii.rows(), "`radii`").map(Cow::Borrowed);
         };
-        let power_w = values(NODE, fields, "absorbed_power", power.rows(), "it")?;
-        let mut sets =
-            [Some(ids)].into_iter().chain(known.into_iter().flat_map(|of| [of.ids.as_ref(), of.lit.as_ref()]));
-        let Some(lit) = sets.find_map(|set| set.filter(|set| set.support == power.support)) else {
+        let power_w = values(NODE, fields, name, power.rows(), "it")?;
+        let mut sets = [ids].into_iter().chain(known.into_iter().flat_map(|of| of.ids.iter().chain(&of.heated)));
+        let Some(heated) = sets.find(|set| set.support == power.support) else {
             return Err(SolveError::Mismatch(format!(
-                "{NODE}: field `absorbed_power` is of {} particles at revision {}, but there are {} at revision {}: \
+                "{NODE}: field `{name}` is of {} particles at revision {}, but there are {} at revision {}: \
                  who writes it must solve whenever particles come or go, and write it on the rows that it read",
                 power.support.count, power.support.revision, ids.support.count, ids.support.revision
             )));
         };
-        let on_rows = if lit.support == ids.support {
+        let on_rows = if heated.support == ids.support {
             Cow::Borrowed(power_w)
         } else {
-            Cow::Owned(by_ids(power_w, lit.u32()?, ids.u32()?, 0.0)?)
+            Cow::Owned(by_ids(power_w, heated.u32()?, ids.u32()?, 0.0)?)
         };
-        self.lit = Some(lit.clone());
+        self.heated.push(heated.clone());
         Ok(on_rows)
     }
 }

@@ -27,6 +27,8 @@ pub struct Settings {
     pub phi: f64,
     /// True where an optics physics writes `absorbed_power`.
     pub reads_absorbed_power: bool,
+    /// True where a current physics writes `joule_power`.
+    pub reads_joule_power: bool,
     /// True where particles may come and go during the run: `ids` then says which row is whose.
     pub reads_ids: bool,
     /// Tolerance of the fixed point: largest change of a temperature over the largest temperature.
