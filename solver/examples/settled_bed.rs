@@ -109,6 +109,7 @@ fn simulate(case: Case) -> Result<(), Box<dyn Error + Send + Sync>> {
         iterations: 100,
         reads_absorbed_power: false,
         reads_joule_power: false,
+        enthalpy: None,
         pour_temperature_k: None,
         reads_ids: false,
     })?;

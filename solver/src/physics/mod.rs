@@ -1,6 +1,8 @@
 //! The physics of a scene, each a pure [`Physics`](crate::coupling::Physics).
 
 mod checks;
+mod conductance;
+mod contacts;
 mod linear;
 pub mod optics;
 pub mod particles;
@@ -8,4 +10,5 @@ mod rows;
 pub mod thermal;
 pub mod walls;
 
+pub use conductance::Conductance;
 pub use walls::{Shape, Wall};

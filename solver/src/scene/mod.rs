@@ -256,7 +256,9 @@ impl Scene {
                 .into_iter()
                 .filter_map(|(name, runs)| runs.then_some(name))
                 .collect();
-        let bodies = particles::Bodies::read(particles, &materials, &walls, seed);
+        let mut bodies = particles::Bodies::read(particles, &materials, &walls, seed);
+        // Vapour leaves.
+        bodies.come_and_go |= thermal.as_ref().is_some_and(thermal::changes_phase);
         let nodes = nodes::read(root, &NODES, &bodies, |physics| built_in.contains(&physics));
         let second_laser = nodes.values().any(|node| node.optics.is_some());
         // A program under the name of a built-in physics writes what that one would.
@@ -267,7 +269,7 @@ impl Scene {
 
         let thermal = thermal.map(|table| thermal::read(table, &bodies, &walls, &runs));
         let optics = optics.and_then(|table| optics::read(table, &bodies));
-        let particles = bodies.settings(&walls, seed, runs("thermal"));
+        let particles = bodies.settings(&walls, seed, runs("thermal"), thermal.as_ref());
 
         let renamed =
             |name: &&str| nodes.values().any(|node| node.physics.as_deref() == Some(*name) && node.optics.is_none());

@@ -225,6 +225,14 @@ impl<'d> Table<'d> {
         })
     }
 
+    /// Pairs of a temperature in K and a number in SI units, where they are given; one number stands for one at 0 K.
+    pub fn over_temperature(&self, key: &'static Key) -> Option<Vec<[f64; 2]>> {
+        self.read(key, |node| {
+            let Kind::OverTemperature(quantity, range) = key.kind else { return Err(mismatch(node)) };
+            over_temperature(node, quantity, range)
+        })
+    }
+
     /// Numbers in SI units, where they are given or have a default.
     pub fn series(&self, key: &'static Key) -> Option<Vec<f64>> {
         self.read(key, |node| {
@@ -470,6 +478,28 @@ fn vector(node: &Node, quantity: &Quantity) -> Result<[f64; 3], Mismatch> {
     Ok([component(1, x)?, component(2, y)?, component(3, z)?])
 }
 
+fn over_temperature(node: &Node, quantity: &Quantity, range: Range) -> Result<Vec<[f64; 2]>, Mismatch> {
+    let number = |node: &Node, quantity: &Quantity, range: Range| {
+        let (value, found) = si_value(node, quantity)?;
+        if range.contains(value) { Ok(value) } else { Err((found, None)) }
+    };
+    let Item::List(list) = &node.item else { return Ok(vec![[0.0, number(node, quantity, range)?]]) };
+    let mut points: Vec<[f64; 2]> = Vec::with_capacity(list.len());
+    for (place, entry) in (1..).zip(list) {
+        let told = |(found, hint)| (format!("{found} in pair {place}"), hint);
+        let Item::List(pair) = &entry.item else { return Err(told(mismatch(entry))) };
+        let [temperature, value] = pair.as_slice() else {
+            return Err(told((format!("a list of {}", pair.len()), None)));
+        };
+        let temperature_k = number(temperature, &units::TEMPERATURE, Range::NOT_NEGATIVE).map_err(told)?;
+        if points.last().is_some_and(|last| last[0] >= temperature_k) {
+            return Err(told((format!("{temperature_k} K, which does not rise,"), None)));
+        }
+        points.push([temperature_k, number(value, quantity, range).map_err(told)?]);
+    }
+    if points.is_empty() { Err(("an empty list".into(), None)) } else { Ok(points) }
+}
+
 fn text(node: &Node) -> Result<String, Mismatch> {
     match &node.item {
         Item::Text(text) => Ok(text.clone()),
@@ -514,6 +544,9 @@ fn numbers_in(kind: &Kind, node: &Node) -> Vec<f64> {
             list.iter().filter_map(|node| si_value(node, quantity).ok()).map(|(value, _)| value).collect()
         }
         (Kind::Series(quantity, range), _) => numbers_in(&Kind::Number(quantity, *range), node),
+        (Kind::OverTemperature(quantity, range), _) => {
+            over_temperature(node, quantity, *range).into_iter().flatten().map(|[_, value]| value).collect()
+        }
         _ => Vec::new(),
     }
 }
@@ -528,8 +561,20 @@ fn show(kind: &Kind, node: &Node) -> String {
         (Kind::Vectors(quantity), Item::List(list)) => {
             format!("[{}]", list.iter().map(|node| show(&Kind::Vector(quantity), node)).collect::<Vec<_>>().join(", "))
         }
-        (Kind::Series(quantity, range), item) if !matches!(item, Item::List(_)) => {
+        (Kind::Series(quantity, range) | Kind::OverTemperature(quantity, range), item)
+            if !matches!(item, Item::List(_)) =>
+        {
             show(&Kind::Number(quantity, *range), node)
+        }
+        (Kind::OverTemperature(quantity, range), Item::List(list)) => {
+            let shown = |pair: &Node| match &pair.item {
+                Item::List(pair) => {
+                    let value = |(node, quantity)| show(&Kind::Number(quantity, *range), node);
+                    pair.iter().zip([&units::TEMPERATURE, quantity]).map(value).collect::<Vec<_>>().join(": ")
+                }
+                other => other.describe(),
+            };
+            list.iter().map(shown).collect::<Vec<_>>().join(", ")
         }
         (Kind::Vector(quantity) | Kind::Series(quantity, _), Item::List(list)) => {
             let texts = list.iter().any(|node| matches!(node.item, Item::Text(_)));

@@ -67,6 +67,10 @@ pub const PRESSURE: Quantity = quantity("pressure", "Pa", "1e9 Pa", [-1, 1, -2, 
 pub const DENSITY: Quantity = quantity("density", "kg/m^3", "7950 kg/m^3", [-3, 1, 0, 0]);
 /// A specific heat capacity.
 pub const HEAT_CAPACITY: Quantity = quantity("heat capacity", "J/(kg K)", "500 J/(kg K)", [2, 0, -2, -1]);
+/// A latent heat.
+pub const LATENT_HEAT: Quantity = quantity("latent heat", "J/kg", "260 kJ/kg", [2, 0, -2, 0]);
+/// A coefficient of heat transfer.
+pub const HEAT_TRANSFER: Quantity = quantity("heat transfer", "W/(m^2 K)", "20 W/(m^2 K)", [0, 1, -3, -1]);
 /// A thermal conductivity.
 pub const CONDUCTIVITY: Quantity = quantity("conductivity", "W/(m K)", "15 W/(m K)", [1, 1, -3, -1]);
 /// A dynamic viscosity.
@@ -115,6 +119,8 @@ const NAMED: &[Quantity] = &[
     PRESSURE,
     DENSITY,
     HEAT_CAPACITY,
+    LATENT_HEAT,
+    HEAT_TRANSFER,
     CONDUCTIVITY,
     VISCOSITY,
     PER_LENGTH,

@@ -28,6 +28,7 @@ fn thermal(reads_ids: bool) -> Thermal {
         phi: 0.5,
         reads_absorbed_power: true,
         reads_joule_power: false,
+        enthalpy: None,
         reads_ids,
         tolerance: 1e-12,
         iterations: 1000,

@@ -121,6 +121,7 @@ pub struct Particles {
     radii: Arc<Port>,
     /// Written where particles come and go.
     ids: Arc<Port>,
+    material: Arc<Port>,
     contact_ports: ContactPorts,
     wall_contact_ports: ContactPorts,
 }
@@ -159,6 +160,7 @@ impl Particles {
             velocities: vectors("velocities", "m/s", Measure::None),
             radii: Arc::new(Port::f64("radii", "m", "particles", 1, Measure::None)),
             ids: Arc::new(Port::u32("ids", "particles", 1)),
+            material: Arc::new(Port::u32("material", "particles", 1)),
             contact_ports: ContactPorts::new("contact", "contacts"),
             wall_contact_ports: ContactPorts::new("wall_contact", "wall-contacts"),
             settings,
@@ -468,6 +470,10 @@ impl Particles {
             let ids = Field::new(&self.ids, revision, bodies.in_rows(&bodies.ids))?;
             fields.insert(ids.name().into(), ids);
         }
+        if self.settings.writes_material {
+            let materials: Vec<u32> = bodies.in_rows(&bodies.materials).into_iter().map(u32::from).collect();
+            fields.insert(self.material.field.clone(), Field::new(&self.material, revision, materials)?);
+        }
         let lists = state.contacts.fields().into_iter().chain(state.wall_contacts.fields());
         for field in motion.into_iter().chain(lists.cloned()) {
             fields.insert(field.name().into(), field);
@@ -516,9 +522,12 @@ impl Physics for Particles {
         let written = [&self.positions, &self.velocities, &self.radii].into_iter();
         let lists = self.contact_ports.all().into_iter().chain(self.wall_contact_ports.all());
         let ids = self.come_and_go().then_some(&self.ids);
+        let material = self.settings.writes_material.then_some(&self.material);
+        let temperature = self.settings.reads_temperature.then(|| (*self.temperature).clone());
+        let vapourised = self.settings.reads_vapourised.then(|| Port::u8("vapourised", "particles", 1));
         Ports {
-            reads: self.settings.reads_temperature.then(|| (*self.temperature).clone()).into_iter().collect(),
-            writes: written.chain(lists).chain(ids).map(|port| (**port).clone()).collect(),
+            reads: temperature.into_iter().chain(vapourised).collect(),
+            writes: written.chain(lists).chain(ids).chain(material).map(|port| (**port).clone()).collect(),
         }
     }
 
@@ -532,7 +541,7 @@ impl Physics for Particles {
         if !(window.dt_s > 0.0 && window.dt_s.is_finite()) {
             return Err(SolveError::Mismatch(format!("particles: a window of {} s cannot be solved", window.dt_s)));
         }
-        let (renewed, booked) = self.renewed(state, window)?.unzip();
+        let (renewed, booked) = self.renewed(state, frozen, window)?.unzip();
         let before = state;
         let state = renewed.as_ref().unwrap_or(state);
         let heat = self.heat(frozen, before, state)?;

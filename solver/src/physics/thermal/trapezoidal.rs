@@ -65,7 +65,7 @@ pub(super) fn advance(
 /// Factor Λ on Δt that would have converged within the sweeps allowed (Zohdi 2018, eq. 6.50 with p = 1), in [0.1, 0.9].
 ///
 /// At K = K_d the change of the first sweep cancels from the equation.
-fn step_factor(settings: &Settings, change: f64) -> f64 {
+pub(super) fn step_factor(settings: &Settings, change: f64) -> f64 {
     let factor = (settings.tolerance / change).powf(1.0 / f64::from(settings.iterations));
     if factor.is_finite() { factor.clamp(0.1, 0.9) } else { 0.5 }
 }

@@ -58,6 +58,10 @@ fn every_key_of_the_reference_is_read_and_every_value_read_is_in_it() {
         ],
         &[("optics.path", "{ kind = \"fixed\", at = [0, 0, 0] }")],
         &[
+            ("thermal.phases", "{ melting-band = 3, boiling-band = 5, vapour = true }"),
+            ("thermal.ambient", "{ convection = 20, emissivity = 0.3, exposed = 0.5 }"),
+        ],
+        &[
             ("particles.contact", "{ law = \"linear\", spring = \"1e5 N/m\", restitution = 0.5 }"),
             ("particles.friction", "{ law = \"spring\", stiffness-ratio = 0.3, damping-ratio = 0.1 }"),
             ("particles.rolling", "{ rolling = 0.1, torsion = 0.1 }"),
