@@ -143,7 +143,7 @@ fn main() {
                     let (mut state, _) = thermal.initial().unwrap();
                     let mut best_s = f64::INFINITY;
                     let mut figures = std::collections::BTreeMap::new();
-                    for _ in 0..if share > 1.0 { 3 } else { 10 } {
+                    for _ in 0..if share > 1.0 { 1 } else { 10 } {
                         let start = Instant::now();
                         let (next, reply) =
                             thermal.solve(&state, black_box(&frozen), Window { t_s: 0.0, dt_s }).unwrap();

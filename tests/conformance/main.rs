@@ -64,6 +64,16 @@ fn every_node_we_ship_keeps_every_rule() {
 }
 
 #[test]
+fn nodes_keep_every_rule_where_particles_change_phase_too() {
+    for node in ["particles", "thermal"] {
+        let phases = ["--set", "thermal.phases={ boiling-band = 5 }", "--set", "thermal.solver=conjugate-gradient"];
+        let output = conformance(&[&["--json", "--node", node], &phases[..]].concat()).output().unwrap();
+        assert_eq!(with("fail", &output), Vec::<String>::new(), "{node}: {}", String::from_utf8_lossy(&output.stdout));
+        assert_eq!(with("pass", &output).len(), 25, "{node}: {}", String::from_utf8_lossy(&output.stderr));
+    }
+}
+
+#[test]
 fn the_example_of_a_node_keeps_every_rule() {
     let output = own("probe");
     assert_eq!(with("fail", &output), Vec::<String>::new(), "{}", String::from_utf8_lossy(&output.stdout));

@@ -15,3 +15,4 @@ mod program;
 mod recovery;
 mod same_bits;
 mod several_hosts;
+mod vapour;

@@ -4,6 +4,7 @@
 use proptest::prelude::*;
 
 mod reference;
+mod thermal;
 
 use super::*;
 use crate::{

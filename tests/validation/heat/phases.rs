@@ -144,7 +144,7 @@ fn ring(count: u32) -> Contacts {
         radii_m: (0..count).map(|k| RADIUS_M * (1.0 + 0.02 * f64::from(k % 9))).collect(),
         pairs: (0..count).map(|k| (k, (k + 1) % count, AREA_M2 * f64::from(1 + k % 3), DISTANCE_M)).collect(),
         walls: (0..count).step_by(5).map(|k| (k, k % 2, AREA_M2, 0.5 * DISTANCE_M)).collect(),
-        absorbed_w: (0..count).map(|k| 0.05 * (f64::from(k % 7) - 1.0)).collect(),
+        absorbed_w: (0..count).map(|k| 5e-3 * (f64::from(k % 7) - 1.0)).collect(),
         ..Contacts::default()
     }
 }

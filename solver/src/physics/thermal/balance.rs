@@ -33,6 +33,9 @@ pub(super) struct Balance<'a> {
     pub(super) exchange: Option<&'a Exchange>,
 }
 
+/// Roundings that an insertion makes of the heat that passes a particle.
+const ROUNDINGS: f64 = 8.0;
+
 /// What z inserted on the right gives.
 #[derive(Default)]
 pub(super) struct Inserted {
@@ -44,6 +47,8 @@ pub(super) struct Inserted {
     pub(super) slopes_k_j: Vec<f64>,
     /// Largest |z − θ(E)| over the largest |θ|.
     pub(super) change: f64,
+    /// The part of it that rounding makes: a step of s explicit limits passes s times what a particle holds.
+    rounding: f64,
     /// Largest |θ| in K.
     pub(super) largest_k: f64,
     /// Heat flow to the walls in W.
@@ -62,7 +67,7 @@ pub(super) struct Solved {
 }
 
 impl Balance<'_> {
-    /// Solves from `start_k` until insertion changes no temperature by more than `tolerance` of the largest.
+    /// Solves from `start_k` until insertion changes no temperature by more than `tolerance` of the largest, or than rounding.
     pub(super) fn solve(&mut self, solver: Solver, start_k: &[f64], tolerance: f64, iterations: u32) -> Solved {
         let mut trial_k = start_k.to_vec();
         let mut inserted = Inserted::default();
@@ -71,14 +76,15 @@ impl Balance<'_> {
         loop {
             sweeps += 1;
             self.insert(&trial_k, &mut flow_w, &mut inserted);
+            let reachable = tolerance.max(inserted.rounding);
             // With φ = 0 nothing on the right is unknown.
-            let converged = self.weight_s == 0.0 || inserted.change <= tolerance;
+            let converged = self.weight_s == 0.0 || inserted.change <= reachable;
             if converged || sweeps >= iterations {
                 return Solved { inserted, sweeps, linear, converged };
             }
             match solver {
                 Solver::FixedPoint => self.sweep(&inserted, &mut trial_k),
-                Solver::ConjugateGradient => linear += newton::improve(self, &inserted, tolerance, &mut trial_k),
+                Solver::ConjugateGradient => linear += newton::improve(self, &inserted, reachable, &mut trial_k),
             }
         }
     }
@@ -99,17 +105,20 @@ impl Balance<'_> {
         inserted.energies_j.clear();
         inserted.temperatures_k.clear();
         inserted.slopes_k_j.clear();
-        let (mut change_k, mut largest_k) = (0.0_f64, 0.0_f64);
+        let (mut change_k, mut largest_k, mut stiffness) = (0.0_f64, 0.0_f64, 0.0_f64);
         for (i, &trial_k) in trial_k.iter().enumerate() {
             let energy_j = self.known_j[i] + self.weight_s * flow_w[i];
             let place = self.curve(i).place(energy_j / self.masses_kg[i]);
             change_k = change_k.max((trial_k - place.temperature_k).abs());
             largest_k = largest_k.max(place.temperature_k.abs());
+            let slope_k_j = place.slope / self.masses_kg[i];
+            stiffness = stiffness.max(self.outflow_j_k(i, trial_k) * slope_k_j);
             inserted.energies_j.push(energy_j);
             inserted.temperatures_k.push(place.temperature_k);
-            inserted.slopes_k_j.push(place.slope / self.masses_kg[i]);
+            inserted.slopes_k_j.push(slope_k_j);
         }
         inserted.largest_k = largest_k;
+        inserted.rounding = ROUNDINGS * f64::EPSILON * stiffness;
         inserted.change = if largest_k > 0.0 { change_k / largest_k } else { 0.0 };
     }
 
