@@ -15,6 +15,7 @@ mod key;
 mod materials;
 mod nodes;
 mod optics;
+mod over_temperature;
 mod pairs;
 mod particle_file;
 mod particles;

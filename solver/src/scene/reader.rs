@@ -10,6 +10,7 @@ use super::{
     Value,
     files::{ReadFile, Reader},
     key::{Fallback, Key, Kind, Range, Section},
+    over_temperature,
     problems::{Mistake, Place, nearest},
     tree::{self, Entry, Item, Node},
     units::{self, Quantity},
@@ -42,7 +43,7 @@ pub(super) struct Table<'d> {
 }
 
 /// What was found instead of what was expected, and perhaps what to do.
-type Mismatch = (String, Option<String>);
+pub(super) type Mismatch = (String, Option<String>);
 
 impl<'d> Table<'d> {
     /// The top of a scene.
@@ -229,7 +230,7 @@ impl<'d> Table<'d> {
     pub fn over_temperature(&self, key: &'static Key) -> Option<Vec<[f64; 2]>> {
         self.read(key, |node| {
             let Kind::OverTemperature(quantity, range) = key.kind else { return Err(mismatch(node)) };
-            over_temperature(node, quantity, range)
+            over_temperature::read(node, quantity, range)
         })
     }
 
@@ -458,7 +459,7 @@ impl<'d> Table<'d> {
     }
 }
 
-fn mismatch(node: &Node) -> Mismatch {
+pub(super) fn mismatch(node: &Node) -> Mismatch {
     (node.item.describe(), None)
 }
 
@@ -478,28 +479,6 @@ fn vector(node: &Node, quantity: &Quantity) -> Result<[f64; 3], Mismatch> {
     Ok([component(1, x)?, component(2, y)?, component(3, z)?])
 }
 
-fn over_temperature(node: &Node, quantity: &Quantity, range: Range) -> Result<Vec<[f64; 2]>, Mismatch> {
-    let number = |node: &Node, quantity: &Quantity, range: Range| {
-        let (value, found) = si_value(node, quantity)?;
-        if range.contains(value) { Ok(value) } else { Err((found, None)) }
-    };
-    let Item::List(list) = &node.item else { return Ok(vec![[0.0, number(node, quantity, range)?]]) };
-    let mut points: Vec<[f64; 2]> = Vec::with_capacity(list.len());
-    for (place, entry) in (1..).zip(list) {
-        let told = |(found, hint)| (format!("{found} in pair {place}"), hint);
-        let Item::List(pair) = &entry.item else { return Err(told(mismatch(entry))) };
-        let [temperature, value] = pair.as_slice() else {
-            return Err(told((format!("a list of {}", pair.len()), None)));
-        };
-        let temperature_k = number(temperature, &units::TEMPERATURE, Range::NOT_NEGATIVE).map_err(told)?;
-        if points.last().is_some_and(|last| last[0] >= temperature_k) {
-            return Err(told((format!("{temperature_k} K, which does not rise,"), None)));
-        }
-        points.push([temperature_k, number(value, quantity, range).map_err(told)?]);
-    }
-    if points.is_empty() { Err(("an empty list".into(), None)) } else { Ok(points) }
-}
-
 fn text(node: &Node) -> Result<String, Mismatch> {
     match &node.item {
         Item::Text(text) => Ok(text.clone()),
@@ -508,7 +487,7 @@ fn text(node: &Node) -> Result<String, Mismatch> {
 }
 
 /// The value in SI units, and how a message names it; a bare number is SI, a text carries its unit.
-fn si_value(node: &Node, quantity: &Quantity) -> Result<(f64, String), Mismatch> {
+pub(super) fn si_value(node: &Node, quantity: &Quantity) -> Result<(f64, String), Mismatch> {
     let text = match &node.item {
         // Every whole number a scene can sensibly hold is exact in binary64.
         Item::Integer(value, spelling) => return Ok((*value as f64, spelling.clone())),
@@ -545,14 +524,14 @@ fn numbers_in(kind: &Kind, node: &Node) -> Vec<f64> {
         }
         (Kind::Series(quantity, range), _) => numbers_in(&Kind::Number(quantity, *range), node),
         (Kind::OverTemperature(quantity, range), _) => {
-            over_temperature(node, quantity, *range).into_iter().flatten().map(|[_, value]| value).collect()
+            over_temperature::read(node, quantity, *range).into_iter().flatten().map(|[_, value]| value).collect()
         }
         _ => Vec::new(),
     }
 }
 
 /// A value as `check` shows it: as it was written, with the SI unit where it had none.
-fn show(kind: &Kind, node: &Node) -> String {
+pub(super) fn show(kind: &Kind, node: &Node) -> String {
     match (kind, &node.item) {
         (Kind::Number(quantity, _), Item::Float(_, number) | Item::Integer(_, number)) => {
             format!("{number} {}", quantity.unit).trim_end().into()
@@ -566,16 +545,7 @@ fn show(kind: &Kind, node: &Node) -> String {
         {
             show(&Kind::Number(quantity, *range), node)
         }
-        (Kind::OverTemperature(quantity, range), Item::List(list)) => {
-            let shown = |pair: &Node| match &pair.item {
-                Item::List(pair) => {
-                    let value = |(node, quantity)| show(&Kind::Number(quantity, *range), node);
-                    pair.iter().zip([&units::TEMPERATURE, quantity]).map(value).collect::<Vec<_>>().join(": ")
-                }
-                other => other.describe(),
-            };
-            list.iter().map(shown).collect::<Vec<_>>().join(", ")
-        }
+        (Kind::OverTemperature(quantity, range), Item::List(list)) => over_temperature::shown(list, quantity, *range),
         (Kind::Vector(quantity) | Kind::Series(quantity, _), Item::List(list)) => {
             let texts = list.iter().any(|node| matches!(node.item, Item::Text(_)));
             let kind = Kind::Number(if texts { quantity } else { &units::NUMBER }, Range::ANY);

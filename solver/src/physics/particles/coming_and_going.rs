@@ -1,6 +1,6 @@
 //! Particles that come and go: at the start of a window, from what is committed alone.
 
-use stagger_messages::Energy;
+use stagger_messages::{Energy, Field};
 
 use super::{
     Particles, Rows, Vec3,
@@ -27,6 +27,20 @@ impl Particles {
     /// Whether particles may come or go.
     pub(super) fn come_and_go(&self) -> bool {
         !self.settings.pours.is_empty() || self.settings.domain.is_some() || self.settings.reads_vapourised
+    }
+
+    /// Who the particles of `state` are and what they are made of, where somebody may ask.
+    pub(super) fn identities(&self, state: &State) -> Result<Vec<Field>, SolveError> {
+        let (bodies, revision) = (&state.bodies, state.register.revision);
+        let mut identities = Vec::new();
+        if self.come_and_go() {
+            identities.push(Field::new(&self.ids, revision, bodies.in_rows(&bodies.ids))?);
+        }
+        if self.settings.writes_material {
+            let materials: Vec<u32> = bodies.in_rows(&bodies.materials).into_iter().map(u32::from).collect();
+            identities.push(Field::new(&self.material, revision, materials)?);
+        }
+        Ok(identities)
     }
 
     /// Places in memory of the particles that leave at a window's start: those outside the domain, and those that are vapour

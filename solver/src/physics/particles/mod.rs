@@ -466,16 +466,8 @@ impl Particles {
             self.vectors(&self.velocities, state, &state.motion.velocities)?,
             Field::new(&self.radii, revision, bodies.in_rows(&bodies.radii))?,
         ];
-        if self.come_and_go() {
-            let ids = Field::new(&self.ids, revision, bodies.in_rows(&bodies.ids))?;
-            fields.insert(ids.name().into(), ids);
-        }
-        if self.settings.writes_material {
-            let materials: Vec<u32> = bodies.in_rows(&bodies.materials).into_iter().map(u32::from).collect();
-            fields.insert(self.material.field.clone(), Field::new(&self.material, revision, materials)?);
-        }
         let lists = state.contacts.fields().into_iter().chain(state.wall_contacts.fields());
-        for field in motion.into_iter().chain(lists.cloned()) {
+        for field in motion.into_iter().chain(self.identities(state)?).chain(lists.cloned()) {
             fields.insert(field.name().into(), field);
         }
         let figures = self.pressed(state);
