@@ -49,35 +49,53 @@ pub(crate) fn solve(
     let mut relative = dot(&residual, &residual).sqrt() / norm;
     let mut iterations = 0;
     while relative > tolerance && iterations < limit {
-        matrix.multiply(&search, &mut product);
-        let curvature = dot(&search, &product);
+        let curvature = matrix.multiply_dot(&search, &mut product);
         if curvature.is_nan() || curvature <= 0.0 {
             break;
         }
         iterations += 1;
         let step = descent / curvature;
-        add(solution, step, &search);
-        add(&mut residual, -step, &product);
-        relative = dot(&residual, &residual).sqrt() / norm;
         // The preconditioned residual takes the place of the product, which is used up.
-        for_each_chunk(&mut product, |at, value| *value = residual[at] * inverse[at]);
-        let next = dot(&residual, &product);
+        let [next, square] = advance(step, &search, &inverse, solution, &mut residual, &mut product);
+        relative = square.sqrt() / norm;
         let turn = next / descent;
         descent = next;
-        for_each_chunk(&mut search, |at, value| *value = product[at] + turn * *value);
+        search.par_chunks_mut(CHUNK).zip(product.par_chunks(CHUNK)).for_each(|(search, product)| {
+            search.iter_mut().zip(product).for_each(|(search, product)| *search = product + turn * *search);
+        });
     }
     Outcome { iterations, residual: relative }
 }
 
-/// `to` += `factor` `vector`.
-fn add(to: &mut [f64], factor: f64, vector: &[f64]) {
-    for_each_chunk(to, |at, value| *value += factor * vector[at]);
-}
-
-fn for_each_chunk(values: &mut [f64], apply: impl Fn(usize, &mut f64) + Sync) {
-    values.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, values)| {
-        (chunk * CHUNK..).zip(values).for_each(|(at, value)| apply(at, value));
-    });
+/// One pass over all vectors, as it is memory that limits them: x += `step` p, r −= `step` q, and q becomes the preconditioned
+/// residual z. Returns r·z and r·r, from the sums of fixed chunks in their order.
+fn advance(
+    step: f64,
+    search: &[f64],
+    inverse: &[f64],
+    solution: &mut [f64],
+    residual: &mut [f64],
+    product: &mut [f64],
+) -> [f64; 2] {
+    let vectors = (search.par_chunks(CHUNK), inverse.par_chunks(CHUNK));
+    let changed = (solution.par_chunks_mut(CHUNK), residual.par_chunks_mut(CHUNK), product.par_chunks_mut(CHUNK));
+    let chunks = vectors.into_par_iter().zip(changed.into_par_iter());
+    let partials: Vec<[f64; 2]> = chunks
+        .map(|((search, inverse), (solution, residual, product))| {
+            let mut sums = [0.0; 2];
+            let vectors = search.iter().zip(inverse);
+            let changed = solution.iter_mut().zip(residual).zip(product);
+            for ((search, inverse), ((solution, residual), product)) in vectors.zip(changed) {
+                *solution += step * search;
+                *residual -= step * *product;
+                *product = *residual * inverse;
+                sums[0] += *residual * *product;
+                sums[1] += *residual * *residual;
+            }
+            sums
+        })
+        .collect();
+    partials.into_iter().fold([0.0; 2], |sums, part| [sums[0] + part[0], sums[1] + part[1]])
 }
 
 /// a·b, from the sums of fixed chunks in their order.

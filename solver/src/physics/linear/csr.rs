@@ -53,14 +53,24 @@ impl Symmetric {
 
     /// `product` becomes A `vector`.
     pub(crate) fn multiply(&self, vector: &[f64], product: &mut [f64]) {
-        product.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, product)| {
+        self.multiply_dot(vector, product);
+    }
+
+    /// `product` becomes A `vector`; returns `vector`·A `vector`, from the sums of fixed chunks in their order.
+    pub(crate) fn multiply_dot(&self, vector: &[f64], product: &mut [f64]) -> f64 {
+        let chunk = |(chunk, product): (usize, &mut [f64])| {
+            let mut sum = 0.0;
             for (row, product) in (chunk * CHUNK..).zip(product) {
                 let entries = self.starts[row]..self.starts[row + 1];
                 let row_entries = self.columns[entries.clone()].iter().zip(&self.values[entries]);
                 let off = row_entries.fold(0.0, |sum, (&column, value)| sum + value * vector[column as usize]);
                 *product = self.diagonal[row] * vector[row] + off;
+                sum += vector[row] * *product;
             }
-        });
+            sum
+        };
+        let partials: Vec<f64> = product.par_chunks_mut(CHUNK).enumerate().map(chunk).collect();
+        partials.into_iter().sum()
     }
 }
 
