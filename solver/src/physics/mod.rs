@@ -3,6 +3,7 @@
 mod checks;
 mod conductance;
 mod contacts;
+pub mod current;
 mod linear;
 pub mod optics;
 pub mod particles;

@@ -6,7 +6,10 @@ use super::{
     key::{Key, Kind, Range, Section},
     problems::nearest,
     reader::Table,
-    units::{CONDUCTIVITY, DENSITY, HEAT_CAPACITY, LATENT_HEAT, NUMBER, PER_LENGTH, PRESSURE, TEMPERATURE},
+    units::{
+        CONDUCTIVITY, DENSITY, ELECTRICAL_CONDUCTIVITY, HEAT_CAPACITY, LATENT_HEAT, NUMBER, PER_LENGTH, PRESSURE,
+        TEMPERATURE,
+    },
 };
 use crate::physics::thermal::Table as Property;
 
@@ -35,6 +38,8 @@ pub(super) struct Material {
     pub poisson: Option<f64>,
     /// Absorption coefficient of light a = 4πk/λ at λ = 1.06 µm, in 1/m.
     pub absorption_1_m: Option<f64>,
+    /// Electrical conductivity, in S/m.
+    pub electrical_conductivity_s_m: Option<f64>,
 }
 
 pub(super) static DENSITY_KEY: Key =
@@ -68,6 +73,12 @@ pub(super) static POISSON_KEY: Key =
 pub(super) static ABSORPTION_KEY: Key =
     Key::new("absorption", Kind::Number(&PER_LENGTH, Range::NOT_NEGATIVE), "Absorption coefficient a of light.")
         .or_from("the built-in material's");
+pub(super) static ELECTRICAL_CONDUCTIVITY_KEY: Key = Key::new(
+    "electrical-conductivity",
+    Kind::Number(&ELECTRICAL_CONDUCTIVITY, Range::POSITIVE),
+    "Electrical conductivity σ.",
+)
+.or_from("the built-in material's");
 
 pub(super) static SECTION: Section = Section {
     path: "materials.NAME",
@@ -87,6 +98,7 @@ pub(super) static SECTION: Section = Section {
         &YOUNG_KEY,
         &POISSON_KEY,
         &ABSORPTION_KEY,
+        &ELECTRICAL_CONDUCTIVITY_KEY,
     ],
 };
 
@@ -101,7 +113,7 @@ pub(super) static SECTION: Section = Section {
 /// boiling point and heat of vaporisation of the elements, CRC Handbook of Chemistry and Physics (340, 425 and
 /// 294 kJ/mol), to two digits; an alloy loses its volatile parts first.
 pub(super) fn built_in() -> BTreeMap<String, Material> {
-    let material = |[density, heat_capacity, conductivity, young, poisson, absorption]: [f64; 6],
+    let material = |[density, heat_capacity, conductivity, young, poisson, absorption, electrical]: [f64; 7],
                     [solidus, liquidus, melting_heat, boiling, boiling_heat]: [f64; 5]| Material {
         density_kg_m3: Some(density),
         heat_capacity_j_kg_k: Some(Property::constant(heat_capacity)),
@@ -114,20 +126,27 @@ pub(super) fn built_in() -> BTreeMap<String, Material> {
         young_pa: Some(young),
         poisson: Some(poisson),
         absorption_1_m: Some(absorption),
+        electrical_conductivity_s_m: Some(electrical),
     };
     BTreeMap::from([
         // Density: K. C. Mills, Recommended Values of Thermophysical Properties for Selected Commercial Alloys
-        // (Woodhead 2002). Heat capacity and conductivity: EN 10088-1, steel 1.4404. Moduli: Metals Handbook, Desk
+        // (Woodhead 2002). Heat capacity and both conductivities: EN 10088-1, steel 1.4404. Moduli: Metals Handbook, Desk
         // Edition (ASM International 1998).
-        ("316L".into(), material([7950.0, 500.0, 15.0, 193e9, 0.3, 5e7], [1658.0, 1723.0, 260e3, 3134.0, 6.1e6])),
-        // Density, heat capacity and conductivity: Mills 2002. Moduli: Boyer, Welsch and Collings, Materials
-        // Properties Handbook: Titanium Alloys (ASM International 1994).
+        (
+            "316L".into(),
+            material([7950.0, 500.0, 15.0, 193e9, 0.3, 5e7, 1.33e6], [1658.0, 1723.0, 260e3, 3134.0, 6.1e6]),
+        ),
+        // Density, heat capacity and conductivity: Mills 2002. Moduli and electrical conductivity: Boyer, Welsch
+        // and Collings, Materials Properties Handbook: Titanium Alloys (ASM International 1994).
         (
             "Ti-6Al-4V".into(),
-            material([4420.0, 546.0, 7.0, 113.8e9, 0.342, 5e7], [1878.0, 1923.0, 286e3, 3560.0, 8.9e6]),
+            material([4420.0, 546.0, 7.0, 113.8e9, 0.342, 5e7, 5.8e5], [1878.0, 1923.0, 286e3, 3560.0, 8.9e6]),
         ),
         // The casting alloy of the same composition, A360.0: ASM Handbook vol. 2 (ASM International 1990).
-        ("AlSi10Mg".into(), material([2630.0, 963.0, 113.0, 71e9, 0.33, 1e8], [830.0, 868.0, 389e3, 2792.0, 10.9e6])),
+        (
+            "AlSi10Mg".into(),
+            material([2630.0, 963.0, 113.0, 71e9, 0.33, 1e8, 1.7e7], [830.0, 868.0, 389e3, 2792.0, 10.9e6]),
+        ),
     ])
 }
 
@@ -151,6 +170,7 @@ pub(super) fn read(root: &Table<'_>, key: &'static Key) -> BTreeMap<String, Mate
             young_pa: own(&YOUNG_KEY, base.young_pa),
             poisson: own(&POISSON_KEY, base.poisson),
             absorption_1_m: own(&ABSORPTION_KEY, base.absorption_1_m),
+            electrical_conductivity_s_m: own(&ELECTRICAL_CONDUCTIVITY_KEY, base.electrical_conductivity_s_m),
         };
         if let (Some(solidus_k), Some(liquidus_k)) = (material.solidus_k, material.liquidus_k)
             && liquidus_k < solidus_k
@@ -194,6 +214,7 @@ pub(super) fn choose(
             young_pa: unknown,
             poisson: unknown,
             absorption_1_m: unknown,
+            electrical_conductivity_s_m: unknown,
         }
     });
     (name, material)

@@ -3,6 +3,7 @@
 
 use proptest::prelude::*;
 
+mod current;
 mod reference;
 mod thermal;
 

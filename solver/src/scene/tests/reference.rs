@@ -72,6 +72,21 @@ fn every_key_of_the_reference_is_read_and_every_value_read_is_in_it() {
             ),
             ("particles.overlap-bond", "{ stiffness = \"1e6 Pa\", strain = 0.02 }"),
         ],
+        &[
+            ("materials.copper.electrical-conductivity", "\"58 MS/m\""),
+            ("walls.lid.potential", "0"),
+            ("walls.tool.current", "\"1 A\""),
+            (
+                "current",
+                "{ conductance = \"constriction\", by-temperature = { gain = -0.4, rate = 0.01, reference = 800 }, \
+                 by-field = { gain = 1, rate = 1e-4, reference = 1e4 }, starts = 0, ends = 1 }",
+            ),
+        ],
+        &[
+            ("materials.copper.electrical-conductivity", "1"),
+            ("walls.drum.current-density", "\"1e5 A/m^2\""),
+            ("current", "{ model = \"averaging\", heat-share = 0.5 }"),
+        ],
         &[("particles.start", "{ kind = \"lattice\", sphere = \"1 mm\" }")],
         &[("particles.start", "{ kind = \"settle\", box = [2e-4, 2e-4, 2e-4], longest = 1 }")],
         &[("particles.start", "{ cylinder = { radius = \"1 mm\", height = \"1 mm\", axis = \"x\" } }")],
