@@ -7,6 +7,7 @@ mod authority;
 mod bad_runs;
 mod by_hand;
 mod commands;
+mod current;
 mod faults;
 mod files;
 mod live;
