@@ -93,12 +93,22 @@ impl Port {
     /// A field of indices: `components` per row of `support`.
     #[must_use]
     pub fn u32(field: &str, support: &str, components: u32) -> Self {
+        Self::whole(field, support, components, ValueKind::U32)
+    }
+
+    /// A field of flags and other small whole numbers: `components` per row of `support`.
+    #[must_use]
+    pub fn u8(field: &str, support: &str, components: u32) -> Self {
+        Self::whole(field, support, components, ValueKind::U8)
+    }
+
+    fn whole(field: &str, support: &str, components: u32, kind: ValueKind) -> Self {
         Self {
             field: field.into(),
             unit: "1".into(),
             support: support.into(),
             components,
-            kind: ValueKind::U32.into(),
+            kind: kind.into(),
             measure: Measure::None.into(),
             adds_up: false,
         }

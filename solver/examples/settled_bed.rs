@@ -108,6 +108,8 @@ fn simulate(case: Case) -> Result<(), Box<dyn Error + Send + Sync>> {
         tolerance: 1e-8,
         iterations: 100,
         reads_absorbed_power: false,
+        reads_joule_power: false,
+        enthalpy: None,
         pour_temperature_k: None,
         reads_ids: false,
     })?;

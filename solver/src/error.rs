@@ -33,6 +33,9 @@ pub enum SolveError {
         /// What the encoding said.
         source: postcard::Error,
     },
+    /// A physics' own solver failed, and a shorter window would not help.
+    #[error("{0}")]
+    Unsolved(String),
     /// The start configuration asked for cannot be made.
     #[error("{0}")]
     Start(String),

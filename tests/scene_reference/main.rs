@@ -69,6 +69,9 @@ fn takes(key: &Key) -> String {
         Kind::Series(quantity, range) if quantity.unit.is_empty() => format!("{}, or a list", range.describe(quantity)),
         Kind::Series(quantity, range) => format!("{} in {}, or a list", range.describe(quantity), quantity.unit),
         Kind::Vectors(quantity) => format!("a list of three numbers each, in {}", quantity.unit),
+        Kind::OverTemperature(quantity, range) => {
+            format!("{} in {}, or `[[K, value], …]`", range.describe(quantity), quantity.unit)
+        }
         Kind::Table(section) | Kind::Named(section) => format!("`[{}]`", section.path),
         Kind::Choice(words) => words.iter().map(|(word, _)| format!("`\"{word}\"`")).collect::<Vec<_>>().join(", "),
         Kind::Whole(..) | Kind::Text | Kind::File | Kind::Texts | Kind::Flag | Kind::Numbers(..) | Kind::Wholes(..) => {
@@ -150,6 +153,10 @@ fn kind(kind: Kind) -> Value {
             json!({ "anyOf": [number(range), { "type": "array", "items": number(range) }] })
         }
         Kind::Vectors(quantity) => json!({ "type": "array", "items": self::kind(Kind::Vector(quantity)) }),
+        Kind::OverTemperature(_, range) => {
+            let pair = json!({ "type": "array", "prefixItems": [number(Range::NOT_NEGATIVE), number(range)], "minItems": 2, "maxItems": 2 });
+            json!({ "anyOf": [number(range), { "type": "array", "items": pair, "minItems": 1 }] })
+        }
         Kind::Text | Kind::File => json!({ "type": "string" }),
         Kind::Texts => json!({ "type": "array", "items": { "type": "string" } }),
         Kind::Flag => json!({ "type": "boolean" }),

@@ -1,5 +1,12 @@
 //! Conduction (Zohdi 2018, ch. 6.3): decay of a temperature difference, effective conductivity, linear profile,
-//! order in the step size, and energy that is neither made nor lost.
+//! order in the step size, and energy that is neither made nor lost. In the modules: phases, an ambient, properties that
+//! depend on temperature, several materials, and steps far above the explicit limit.
+
+mod ambient;
+mod phases;
+mod properties;
+mod stefan;
+mod stiff;
 
 use std::{f64::consts::PI, sync::Arc};
 
@@ -9,7 +16,7 @@ use stagger_solver::{
     coupling::{Frozen, Physics, Reply, Window},
     physics::{
         Shape, Wall,
-        thermal::{Conductance, Settings, State, Thermal},
+        thermal::{Conductance, Enthalpy, Material, Settings, Solver, State, Table, Thermal},
     },
 };
 
@@ -39,11 +46,27 @@ fn settings(count: usize) -> Settings {
         phi: 0.5,
         pour_temperature_k: None,
         reads_absorbed_power: false,
+        reads_joule_power: false,
+        enthalpy: None,
         reads_ids: false,
         tolerance: 1e-14,
         iterations: 1000,
     }
 }
+
+/// The same material in enthalpy form.
+fn enthalpy(solver: Solver) -> Enthalpy {
+    let steel = Material {
+        name: "steel".into(),
+        density_kg_m3: DENSITY_KG_M3,
+        heat_capacity_j_kg_k: Table::constant(HEAT_CAPACITY_J_KG_K),
+        conductivity_w_m_k: Table::constant(CONDUCTIVITY_W_M_K),
+        phases: None,
+    };
+    Enthalpy { materials: vec![steel], solver, ambient: None }
+}
+
+const SOLVERS: [Solver; 2] = [Solver::FixedPoint, Solver::ConjugateGradient];
 
 fn wall(temperature_k: Option<f64>) -> Wall {
     Wall::fixed("plate", Shape::plane([0.0; 3], [0.0, 0.0, 1.0]), temperature_k)
@@ -58,6 +81,11 @@ struct Contacts {
     /// Particle, wall, area in m², distance in m.
     walls: Vec<(u32, u32, f64, f64)>,
     absorbed_w: Vec<f64>,
+    /// Places in the list of materials.
+    materials: Vec<u32>,
+    ids: Vec<u32>,
+    /// Counts how often particles came or went.
+    revision: u64,
 }
 
 impl Contacts {
@@ -69,6 +97,8 @@ impl Contacts {
         let values = |port: &Port| match port.field.as_str() {
             "radii" => self.radii_m.clone().into(),
             "absorbed_power" => self.absorbed_w.clone().into(),
+            "material" => self.materials.clone().into(),
+            "ids" => self.ids.clone().into(),
             "contact_pairs" => indices(&self.pairs),
             "contact_area" => areas(&self.pairs),
             "contact_distance" => distances(&self.pairs),
@@ -78,7 +108,9 @@ impl Contacts {
             other => panic!("thermal reads `{other}`, which this test does not write"),
         };
         let reads = thermal.ports().reads;
-        reads.into_iter().map(|p| (p.field.clone(), Field::new(&Arc::new(p.clone()), 7, values(&p)).unwrap())).collect()
+        let field =
+            |p: Port| (p.field.clone(), Field::new(&Arc::new(p.clone()), 7 + self.revision, values(&p)).unwrap());
+        reads.into_iter().map(field).collect()
     }
 }
 
@@ -103,7 +135,10 @@ fn joule(ledger: &[Energy], name: &str) -> f64 {
 
 /// Two spheres of 600 K and 300 K whose contact grows as A (1 + t/T); returns the difference at T = `TIME_S`.
 fn difference_of_a_growing_contact(conductance: Conductance, phi: f64, windows: u32) -> f64 {
-    let thermal = Thermal::new(Settings { phi, conductance, ..settings(2) }).unwrap();
+    grown(&Thermal::new(Settings { phi, conductance, ..settings(2) }).unwrap(), windows)
+}
+
+fn grown(thermal: &Thermal, windows: u32) -> f64 {
     let at = |k: u32| Contacts {
         radii_m: vec![RADIUS_M; 2],
         pairs: vec![(0, 1, AREA_M2 * (1.0 + f64::from(k) / f64::from(windows)), DISTANCE_M)],
@@ -112,7 +147,7 @@ fn difference_of_a_growing_contact(conductance: Conductance, phi: f64, windows: 
     let mut state = thermal.state(vec![600.0, 300.0]).unwrap();
     let mut last = vec![600.0, 300.0];
     for k in 0..windows {
-        let (next, reply) = solve(&thermal, &state, &at(k), &at(k + 1), TIME_S / f64::from(windows)).unwrap();
+        let (next, reply) = solve(thermal, &state, &at(k), &at(k + 1), TIME_S / f64::from(windows)).unwrap();
         assert!(reply.not_converged.is_none());
         (state, last) = (next, temperatures(&reply));
     }

@@ -6,6 +6,7 @@
 mod coming_and_going;
 mod contact;
 mod coupling;
+mod current;
 mod heat;
 mod light;
 mod settling;

@@ -45,6 +45,8 @@ pub enum Kind {
     Series(&'static Quantity, Range),
     /// A list of three components each.
     Vectors(&'static Quantity),
+    /// A number with its quantity and range, or a list of pairs of a temperature and such a number; temperatures rise.
+    OverTemperature(&'static Quantity, Range),
     /// A text.
     Text,
     /// The path of a file, whose contents become part of the scene.
@@ -152,6 +154,10 @@ impl Kind {
                 format!("{}, or a list of such", with_example(range.describe(quantity), quantity))
             }
             Self::Vectors(quantity) => format!("a list, each entry {}", Self::Vector(quantity).expected()),
+            Self::OverTemperature(quantity, range) => {
+                let number = with_example(range.describe(quantity), quantity);
+                format!("{number}, or a list of pairs of a rising temperature and such a number")
+            }
             Self::Text => "a text in quotes".into(),
             Self::File => "the path of a file, in quotes".into(),
             Self::Texts => "a list of texts in quotes".into(),

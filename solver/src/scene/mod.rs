@@ -8,6 +8,7 @@ mod acceleration;
 mod bonds;
 mod contact;
 mod coupling;
+mod current;
 mod fields;
 mod files;
 mod groups;
@@ -15,6 +16,7 @@ mod key;
 mod materials;
 mod nodes;
 mod optics;
+mod over_temperature;
 mod pairs;
 mod particle_file;
 mod particles;
@@ -42,6 +44,7 @@ use crate::{
     coupling::Settings as CouplingSettings,
     physics::{
         Wall,
+        current::Settings as CurrentSettings,
         optics::Settings as OpticsSettings,
         particles::{Settings as ParticlesSettings, Start},
         thermal::Settings as ThermalSettings,
@@ -65,6 +68,8 @@ pub struct Scene {
     pub thermal: Option<ThermalSettings>,
     /// The laser, where the scene names it.
     pub optics: Option<OpticsSettings>,
+    /// The electrical current, where the scene names it.
+    pub current: Option<CurrentSettings>,
     /// Nodes that are not simply a built-in physics, by name.
     pub nodes: BTreeMap<String, NodeSettings>,
     /// How the physics are coupled.
@@ -88,7 +93,7 @@ pub struct Scene {
 /// A node of the user's own, or a built-in physics under another name; exactly one of the two is there.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NodeSettings {
-    /// The built-in physics it runs: `particles`, `thermal` or `optics`.
+    /// The built-in physics it runs: `particles`, `thermal`, `optics` or `current`.
     pub physics: Option<String>,
     /// The program that runs instead, and its arguments.
     pub command: Option<Vec<String>>,
@@ -157,6 +162,8 @@ static PARTICLES: Key = Key::new("particles", Kind::Table(&particles::SECTION), 
 static WALLS: Key = Key::new("walls", Kind::Named(&walls::SECTION), "Walls.").or_from("none");
 static THERMAL: Key = Key::new("thermal", Kind::Table(&thermal::SECTION), "Their temperature.").or_from("does not run");
 static OPTICS: Key = Key::new("optics", Kind::Table(&optics::SECTION), "A laser.").or_from("does not run");
+static CURRENT: Key =
+    Key::new("current", Kind::Table(&current::SECTION), "Electrical current.").or_from("does not run");
 static NODES: Key = Key::new("nodes", Kind::Named(&nodes::SECTION), "Nodes of your own.").or_from("none");
 static COUPLING: Key = Key::new("coupling", Kind::Table(&coupling::SECTION), "How the physics are coupled.");
 static RECORD: Key = Key::new("record", Kind::Table(&nodes::RECORD), "The recording.").or_from("everything");
@@ -170,14 +177,14 @@ static ROOT: Section = Section {
     example: "",
     shorthand: None,
     keys: &[
-        &TITLE, &DURATION, &SEED, &MATERIALS, &PARTICLES, &WALLS, &THERMAL, &OPTICS, &NODES, &COUPLING, &RECORD,
-        &RECOVERY,
+        &TITLE, &DURATION, &SEED, &MATERIALS, &PARTICLES, &WALLS, &THERMAL, &OPTICS, &CURRENT, &NODES, &COUPLING,
+        &RECORD, &RECOVERY,
     ],
 };
 
 /// Fields with a tolerance that the built-in physics write.
-const MEASURED: [(&str, &str); 3] =
-    [("particles", "positions"), ("thermal", "temperature"), ("optics", "absorbed_power")];
+const MEASURED: [(&str, &str); 4] =
+    [("particles", "positions"), ("thermal", "temperature"), ("optics", "absorbed_power"), ("current", "joule_power")];
 
 impl Scene {
     /// Reads a scene; `file` names it in messages, `overrides` are `--set key.path=value` in their order.
@@ -251,12 +258,19 @@ impl Scene {
         let walls = walls::read(root, &WALLS, &materials);
         let thermal = root.optional_table(&THERMAL);
         let optics = root.optional_table(&OPTICS);
-        let built_in: Vec<&str> =
-            [("particles", particles.is_some()), ("thermal", thermal.is_some()), ("optics", optics.is_some())]
-                .into_iter()
-                .filter_map(|(name, runs)| runs.then_some(name))
-                .collect();
-        let bodies = particles::Bodies::read(particles, &materials, &walls, seed);
+        let current = root.optional_table(&CURRENT);
+        let built_in: Vec<&str> = [
+            ("particles", particles.is_some()),
+            ("thermal", thermal.is_some()),
+            ("optics", optics.is_some()),
+            ("current", current.is_some()),
+        ]
+        .into_iter()
+        .filter_map(|(name, runs)| runs.then_some(name))
+        .collect();
+        let mut bodies = particles::Bodies::read(particles, &materials, &walls, seed);
+        // Vapour leaves.
+        bodies.come_and_go |= thermal.as_ref().is_some_and(thermal::changes_phase);
         let nodes = nodes::read(root, &NODES, &bodies, |physics| built_in.contains(&physics));
         let second_laser = nodes.values().any(|node| node.optics.is_some());
         // A program under the name of a built-in physics writes what that one would.
@@ -265,9 +279,10 @@ impl Scene {
             built_in.contains(&name) || by_command || (name == "optics" && second_laser)
         };
 
-        let thermal = thermal.map(|table| thermal::read(table, &bodies, &walls, runs("optics")));
+        let thermal = thermal.map(|table| thermal::read(table, &bodies, &walls, &runs));
         let optics = optics.and_then(|table| optics::read(table, &bodies));
-        let particles = bodies.settings(&walls, seed, runs("thermal"));
+        let current = current.map(|table| current::read(table, &bodies, &walls, runs("thermal")));
+        let particles = bodies.settings(&walls, seed, runs("thermal"), thermal.as_ref());
 
         let renamed =
             |name: &&str| nodes.values().any(|node| node.physics.as_deref() == Some(*name) && node.optics.is_none());
@@ -292,6 +307,7 @@ impl Scene {
             particles,
             thermal,
             optics,
+            current,
             nodes,
             coupling: coupling?,
             record: record?,

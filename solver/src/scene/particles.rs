@@ -15,6 +15,7 @@ use super::{
 use crate::physics::{
     Wall,
     particles::{Group, Integrator, Pour, Settings, Start},
+    thermal::{Enthalpy, Settings as Heat},
 };
 
 static TEMPERATURE_KEY: Key = Key::new(
@@ -161,7 +162,7 @@ impl<'d> Bodies<'d> {
     pub fn read(table: Option<Table<'d>>, materials: &BTreeMap<String, Material>, walls: &[Wall], seed: u64) -> Self {
         let mut used = Used::default();
         let Some(table) = table else {
-            let material = ("316L".to_owned(), materials.get("316L").copied().unwrap_or_default());
+            let material = ("316L".to_owned(), materials.get("316L").cloned().unwrap_or_default());
             let (groups, pours, come_and_go) = (Vec::new(), Vec::new(), false);
             let (radius_m, temperature_k) = (25e-6, 300.0);
             return Self {
@@ -178,7 +179,7 @@ impl<'d> Bodies<'d> {
             };
         };
         let material = materials::choose(&table, &MATERIAL, materials);
-        used.index(material.0.clone(), material.1);
+        used.index(material.0.clone(), material.1.clone());
         let temperature_k = table.number(&TEMPERATURE_KEY);
         let (mut groups, mut count, mut radius_m) = (Vec::new(), 0, f64::NAN);
         let poured = table.is_given(&POUR);
@@ -227,14 +228,30 @@ impl<'d> Bodies<'d> {
         if self.used.list.len() > 1 {
             let names: Vec<_> = self.used.list.iter().map(|(name, _)| name.as_str()).collect();
             let message =
-                format!("the particles are of {}, but [thermal] and [optics] take one material", names.join(", "));
+                format!("the particles are of {}, but [optics] and [current] take one material", names.join(", "));
             table.reject(&MATERIAL, message);
         }
         property(table, &self.material, name, value)
     }
 
-    /// Reads how the particles move.
-    pub fn settings(self, walls: &[Wall], seed: u64, thermal_runs: bool) -> Option<Settings> {
+    /// What particles are made of, in the order in which they name it.
+    pub fn materials(&self) -> &[(String, Material)] {
+        if self.table.is_some() { &self.used.list } else { std::slice::from_ref(&self.material) }
+    }
+
+    /// A property of one of the materials, reported where it is missing; `stand_in` then holds its place.
+    pub fn property_of<T>(&self, material: &(String, Material), name: &str, value: Option<T>, stand_in: T) -> T {
+        value.unwrap_or_else(|| {
+            if let Some(table) = &self.table {
+                property(table, material, name, None);
+            }
+            stand_in
+        })
+    }
+
+    /// Reads how the particles move; `heat` are the settings of their temperature, where the built-in physics has some.
+    pub fn settings(self, walls: &[Wall], seed: u64, thermal_runs: bool, heat: Option<&Heat>) -> Option<Settings> {
+        let heat = heat.and_then(|heat| heat.enthalpy.as_ref());
         let Self { table, groups, used, start, pours, material, temperature_k, .. } = self;
         let table = table?;
         let mut materials = used.settings(|used| property(&table, used, "density", used.1.density_kg_m3));
@@ -275,6 +292,8 @@ impl<'d> Bodies<'d> {
             seed,
             temperature_k,
             reads_temperature: thermal_runs && contact.softening_rate > 0.0,
+            reads_vapourised: heat.is_some_and(Enthalpy::changes_phase),
+            writes_material: heat.is_some_and(|heat| heat.materials.len() > 1),
             contact,
             friction,
             rolling,

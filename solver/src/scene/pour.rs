@@ -97,9 +97,10 @@ pub(super) fn pours(
         };
         let given = table.is_given(&MATERIAL).then(|| materials::choose(&table, &MATERIAL, materials));
         let (material_name, material) = given.unwrap_or_else(|| usual.material.clone());
+        let density_kg_m3 = material.density_kg_m3.unwrap_or(f64::NAN);
         let material_index = used.index(material_name, material);
         let region = region(&table, radius.largest_m());
-        let rate_1_s = rate(&table, mean_mass_kg(material.density_kg_m3.unwrap_or(f64::NAN), &radius));
+        let rate_1_s = rate(&table, mean_mass_kg(density_kg_m3, &radius));
         let (from_s, until_s) = (table.number(&FROM), table.optional_number(&UNTIL).unwrap_or(f64::INFINITY));
         if until_s <= from_s {
             table.reject(&UNTIL, format!("expected a time after it opens, {from_s:e} s, found {until_s:e} s"));

@@ -10,6 +10,7 @@ use super::{
     Value,
     files::{ReadFile, Reader},
     key::{Fallback, Key, Kind, Range, Section},
+    over_temperature,
     problems::{Mistake, Place, nearest},
     tree::{self, Entry, Item, Node},
     units::{self, Quantity},
@@ -42,7 +43,7 @@ pub(super) struct Table<'d> {
 }
 
 /// What was found instead of what was expected, and perhaps what to do.
-type Mismatch = (String, Option<String>);
+pub(super) type Mismatch = (String, Option<String>);
 
 impl<'d> Table<'d> {
     /// The top of a scene.
@@ -222,6 +223,14 @@ impl<'d> Table<'d> {
                 vector(node, quantity).map_err(|(found, hint)| (format!("{found} in entry {number}"), hint))
             };
             (1..).zip(list).map(entry).collect()
+        })
+    }
+
+    /// Pairs of a temperature in K and a number in SI units, where they are given; one number stands for one at 0 K.
+    pub fn over_temperature(&self, key: &'static Key) -> Option<Vec<[f64; 2]>> {
+        self.read(key, |node| {
+            let Kind::OverTemperature(quantity, range) = key.kind else { return Err(mismatch(node)) };
+            over_temperature::read(node, quantity, range)
         })
     }
 
@@ -450,7 +459,7 @@ impl<'d> Table<'d> {
     }
 }
 
-fn mismatch(node: &Node) -> Mismatch {
+pub(super) fn mismatch(node: &Node) -> Mismatch {
     (node.item.describe(), None)
 }
 
@@ -478,7 +487,7 @@ fn text(node: &Node) -> Result<String, Mismatch> {
 }
 
 /// The value in SI units, and how a message names it; a bare number is SI, a text carries its unit.
-fn si_value(node: &Node, quantity: &Quantity) -> Result<(f64, String), Mismatch> {
+pub(super) fn si_value(node: &Node, quantity: &Quantity) -> Result<(f64, String), Mismatch> {
     let text = match &node.item {
         // Every whole number a scene can sensibly hold is exact in binary64.
         Item::Integer(value, spelling) => return Ok((*value as f64, spelling.clone())),
@@ -514,12 +523,15 @@ fn numbers_in(kind: &Kind, node: &Node) -> Vec<f64> {
             list.iter().filter_map(|node| si_value(node, quantity).ok()).map(|(value, _)| value).collect()
         }
         (Kind::Series(quantity, range), _) => numbers_in(&Kind::Number(quantity, *range), node),
+        (Kind::OverTemperature(quantity, range), _) => {
+            over_temperature::read(node, quantity, *range).into_iter().flatten().map(|[_, value]| value).collect()
+        }
         _ => Vec::new(),
     }
 }
 
 /// A value as `check` shows it: as it was written, with the SI unit where it had none.
-fn show(kind: &Kind, node: &Node) -> String {
+pub(super) fn show(kind: &Kind, node: &Node) -> String {
     match (kind, &node.item) {
         (Kind::Number(quantity, _), Item::Float(_, number) | Item::Integer(_, number)) => {
             format!("{number} {}", quantity.unit).trim_end().into()
@@ -528,9 +540,12 @@ fn show(kind: &Kind, node: &Node) -> String {
         (Kind::Vectors(quantity), Item::List(list)) => {
             format!("[{}]", list.iter().map(|node| show(&Kind::Vector(quantity), node)).collect::<Vec<_>>().join(", "))
         }
-        (Kind::Series(quantity, range), item) if !matches!(item, Item::List(_)) => {
+        (Kind::Series(quantity, range) | Kind::OverTemperature(quantity, range), item)
+            if !matches!(item, Item::List(_)) =>
+        {
             show(&Kind::Number(quantity, *range), node)
         }
+        (Kind::OverTemperature(quantity, range), Item::List(list)) => over_temperature::shown(list, quantity, *range),
         (Kind::Vector(quantity) | Kind::Series(quantity, _), Item::List(list)) => {
             let texts = list.iter().any(|node| matches!(node.item, Item::Text(_)));
             let kind = Kind::Number(if texts { quantity } else { &units::NUMBER }, Range::ANY);

@@ -255,13 +255,13 @@ fn material(
     used: &mut Used,
 ) -> Result<u16, (String, Option<String>)> {
     if let Some(material) = materials.get(word) {
-        return Ok(used.index(word.into(), *material));
+        return Ok(used.index(word.into(), material.clone()));
     }
     match word.parse::<f64>() {
         // Without a list, 0 is the material of `[particles]`, which comes first.
         Ok(0.0) if numbered.is_empty() => Ok(0),
         Ok(number) => match numbered.get(number as usize).filter(|_| number >= 0.0 && number.fract() == 0.0) {
-            Some(name) => Ok(used.index(name.clone(), materials.get(name).copied().unwrap_or_default())),
+            Some(name) => Ok(used.index(name.clone(), materials.get(name).cloned().unwrap_or_default())),
             None => {
                 let hint = "particles.start.materials lists the materials that a file calls by numbers";
                 Err((format!("there is no material number {word}"), Some(hint.into())))

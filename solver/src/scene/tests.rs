@@ -3,7 +3,9 @@
 
 use proptest::prelude::*;
 
+mod current;
 mod reference;
+mod thermal;
 
 use super::*;
 use crate::{
@@ -33,6 +35,11 @@ conductivity = 400
 young = "110 GPa"
 poisson = 0.34
 absorption = "1e8 1/m"
+solidus = 1357
+liquidus = 1358
+melting-heat = "205 kJ/kg"
+boiling = 2835
+boiling-heat = 4.7e6
 
 [particles]
 count = 10

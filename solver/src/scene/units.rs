@@ -67,6 +67,10 @@ pub const PRESSURE: Quantity = quantity("pressure", "Pa", "1e9 Pa", [-1, 1, -2, 
 pub const DENSITY: Quantity = quantity("density", "kg/m^3", "7950 kg/m^3", [-3, 1, 0, 0]);
 /// A specific heat capacity.
 pub const HEAT_CAPACITY: Quantity = quantity("heat capacity", "J/(kg K)", "500 J/(kg K)", [2, 0, -2, -1]);
+/// A latent heat.
+pub const LATENT_HEAT: Quantity = quantity("latent heat", "J/kg", "260 kJ/kg", [2, 0, -2, 0]);
+/// A coefficient of heat transfer.
+pub const HEAT_TRANSFER: Quantity = quantity("heat transfer", "W/(m^2 K)", "20 W/(m^2 K)", [0, 1, -3, -1]);
 /// A thermal conductivity.
 pub const CONDUCTIVITY: Quantity = quantity("conductivity", "W/(m K)", "15 W/(m K)", [1, 1, -3, -1]);
 /// A dynamic viscosity.
@@ -103,6 +107,19 @@ pub const MAGNETIC_MOMENT: Quantity = electric("magnetic moment", "A m^2", "1.2 
 /// Magnetisability γ per volume: a force per volume over the gradient of B·B.
 pub const MAGNETISABILITY: Quantity = electric("magnetisability", "A^2/N", "4e5 A^2/N", [-1, -1, 2, 2]);
 
+/// An electric current.
+pub const CURRENT: Quantity = electric("current", "A", "1 A", [0, 0, 0, 1]);
+/// An electric current per area.
+pub const CURRENT_DENSITY: Quantity = electric("current density", "A/m^2", "1e5 A/m^2", [-2, 0, 0, 1]);
+/// An electric potential.
+pub const VOLTAGE: Quantity = electric("voltage", "V", "1 V", [2, 1, -3, -1]);
+/// An electrical conductivity.
+pub const ELECTRICAL_CONDUCTIVITY: Quantity = electric("electrical conductivity", "S/m", "1e6 S/m", [-3, -1, 3, 2]);
+/// A reciprocal electric field.
+pub const PER_ELECTRIC_FIELD: Quantity = electric("reciprocal electric field", "m/V", "1e-4 m/V", [-1, -1, 3, 1]);
+/// A reciprocal temperature.
+pub const PER_TEMPERATURE: Quantity = quantity("reciprocal temperature", "1/K", "0.01 1/K", [0, 0, 0, -1]);
+
 /// All quantities that have a name in messages; the last ones occur only as a wrong dimension.
 const NAMED: &[Quantity] = &[
     NUMBER,
@@ -115,6 +132,8 @@ const NAMED: &[Quantity] = &[
     PRESSURE,
     DENSITY,
     HEAT_CAPACITY,
+    LATENT_HEAT,
+    HEAT_TRANSFER,
     CONDUCTIVITY,
     VISCOSITY,
     PER_LENGTH,
@@ -130,8 +149,12 @@ const NAMED: &[Quantity] = &[
     MAGNETIC_GRADIENT,
     MAGNETIC_MOMENT,
     MAGNETISABILITY,
-    electric("current", "A", "1 A", [0, 0, 0, 1]),
-    electric("voltage", "V", "1 V", [2, 1, -3, -1]),
+    CURRENT,
+    CURRENT_DENSITY,
+    VOLTAGE,
+    ELECTRICAL_CONDUCTIVITY,
+    PER_ELECTRIC_FIELD,
+    PER_TEMPERATURE,
     MASS,
     FORCE,
     FREQUENCY,
@@ -270,7 +293,7 @@ impl Unit {
 }
 
 /// Units that take prefixes: symbol, quantity's exponents (m, kg, s, K, A), power of ten to SI.
-const PREFIXED: [(&str, [i32; 5], i32); 13] = [
+const PREFIXED: [(&str, [i32; 5], i32); 14] = [
     ("m", [1, 0, 0, 0, 0], 0),
     ("g", [0, 1, 0, 0, 0], -3),
     ("s", [0, 0, 1, 0, 0], 0),
@@ -284,6 +307,7 @@ const PREFIXED: [(&str, [i32; 5], i32); 13] = [
     ("C", [0, 0, 1, 0, 1], 0),
     ("V", [2, 1, -3, 0, -1], 0),
     ("T", [0, 1, -2, 0, -1], 0),
+    ("S", [-2, -1, 3, 0, 2], 0),
 ];
 
 /// Prefixes and their powers of ten; micro is also written with the micro sign and with the Greek letter.
@@ -442,6 +466,7 @@ mod tests {
             ("-100 N/C", -100.0, ELECTRIC_FIELD),
             ("50 mT", 0.05, MAGNETIC_FIELD),
             ("2 kV/mm", 2e6, ELECTRIC_FIELD),
+            ("1.3 MS/m", 1.3e6, ELECTRICAL_CONDUCTIVITY),
             ("15 W/m/K", 15.0, CONDUCTIVITY),
             ("500 J/kg/K", 500.0, HEAT_CAPACITY),
             ("1.8e-5 Pa s", 1.8e-5, VISCOSITY),

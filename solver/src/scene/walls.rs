@@ -9,9 +9,12 @@ use super::{
     key::{Key, Kind, Range, Section},
     materials::{self, Material},
     reader::Table,
-    units::TEMPERATURE,
+    units::{CURRENT, CURRENT_DENSITY, TEMPERATURE, VOLTAGE},
 };
-use crate::physics::{Wall, walls::Motion};
+use crate::physics::{
+    Wall,
+    walls::{Electrode, Motion},
+};
 
 static MOTION: Key = Key::new("motion", Kind::Table(&motion::SECTION), "How it moves.").or_from("it does not");
 static MATERIAL: Key =
@@ -20,6 +23,24 @@ static MATERIAL: Key =
 static TEMPERATURE_KEY: Key =
     Key::new("temperature", Kind::Number(&TEMPERATURE, Range::POSITIVE), "Temperature, held throughout.")
         .or_from("insulated");
+static POTENTIAL: Key = Key::new(
+    "potential",
+    Kind::Number(&VOLTAGE, Range::ANY),
+    "Electric potential it is held at, for the potential model of [current].",
+)
+.or_from("insulated, unless a current is given");
+static CURRENT_KEY: Key = Key::new(
+    "current",
+    Kind::Number(&CURRENT, Range::ANY),
+    "Current from it into the particles, for the potential model of [current]; another wall must be held at a potential.",
+)
+.or_from("insulated, unless a potential is given");
+static CURRENT_DENSITY_KEY: Key = Key::new(
+    "current-density",
+    Kind::Number(&CURRENT_DENSITY, Range::ANY),
+    "Current density it is held at, for the averaging model of [current].",
+)
+.or_from("insulated");
 
 pub(super) static SECTION: Section = Section {
     path: "walls.NAME",
@@ -27,7 +48,18 @@ pub(super) static SECTION: Section = Section {
           cylinder; a tube and a mesh are thin and hold them off on both sides.",
     example: "{ plane = { normal = [0, 0, 1] }, temperature = \"320 K\" }",
     shorthand: None,
-    keys: &[&shape::PLANE, &shape::BOX, &shape::CYLINDER, &shape::MESH, &MOTION, &MATERIAL, &TEMPERATURE_KEY],
+    keys: &[
+        &shape::PLANE,
+        &shape::BOX,
+        &shape::CYLINDER,
+        &shape::MESH,
+        &MOTION,
+        &MATERIAL,
+        &TEMPERATURE_KEY,
+        &POTENTIAL,
+        &CURRENT_KEY,
+        &CURRENT_DENSITY_KEY,
+    ],
 };
 
 /// Reads all walls, in the order of the file.
@@ -42,9 +74,14 @@ pub(super) fn read(root: &Table<'_>, key: &'static Key, materials: &BTreeMap<Str
         };
         let material = table.is_given(&MATERIAL).then(|| materials::choose(&table, &MATERIAL, materials).0);
         let temperature_k = table.optional_number(&TEMPERATURE_KEY);
+        let electrode = Electrode {
+            potential_v: table.optional_number(&POTENTIAL),
+            current_a: table.optional_number(&CURRENT_KEY),
+            current_density_a_m2: table.optional_number(&CURRENT_DENSITY_KEY),
+        };
         table.finish();
         if let (Some(shape), Some(motion)) = (shape, motion) {
-            walls.push(Wall { name, shape, motion, material, temperature_k });
+            walls.push(Wall { name, shape, motion, material, temperature_k, electrode });
         }
     }
     walls

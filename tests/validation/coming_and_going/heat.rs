@@ -27,6 +27,8 @@ fn thermal(reads_ids: bool) -> Thermal {
         walls: vec![wall],
         phi: 0.5,
         reads_absorbed_power: true,
+        reads_joule_power: false,
+        enthalpy: None,
         reads_ids,
         tolerance: 1e-12,
         iterations: 1000,

@@ -34,6 +34,8 @@ fn members(integrator: Integrator, phi: f64) -> BTreeMap<String, Box<dyn Partici
         seed: 0,
         temperature_k: START[4],
         reads_temperature: true,
+        reads_vapourised: false,
+        writes_material: false,
         contact: Contact {
             law: ContactLaw::Overlap { stiffness_pa: STIFFNESS, exponent: 2.0 },
             softening_rate: SOFTENING.0,
@@ -68,6 +70,8 @@ fn members(integrator: Integrator, phi: f64) -> BTreeMap<String, Box<dyn Partici
         phi,
         pour_temperature_k: None,
         reads_absorbed_power: false,
+        reads_joule_power: false,
+        enthalpy: None,
         reads_ids: false,
         tolerance: 1e-15,
         iterations: 1000,

@@ -1,6 +1,6 @@
 //! Particles that come and go: at the start of a window, from what is committed alone.
 
-use stagger_messages::Energy;
+use stagger_messages::{Energy, Field};
 
 use super::{
     Particles, Rows, Vec3,
@@ -9,7 +9,10 @@ use super::{
     lists::Lists,
     state::{Motion, Register, State},
 };
-use crate::{SolveError, coupling::Window};
+use crate::{
+    SolveError,
+    coupling::{Frozen, Window},
+};
 
 /// What a change of the rows did to the energy, in J.
 #[derive(Clone, Copy, Debug, Default)]
@@ -23,23 +26,57 @@ pub(super) struct Booked {
 impl Particles {
     /// Whether particles may come or go.
     pub(super) fn come_and_go(&self) -> bool {
-        !self.settings.pours.is_empty() || self.settings.domain.is_some()
+        !self.settings.pours.is_empty() || self.settings.domain.is_some() || self.settings.reads_vapourised
+    }
+
+    /// Who the particles of `state` are and what they are made of, where somebody may ask.
+    pub(super) fn identities(&self, state: &State) -> Result<Vec<Field>, SolveError> {
+        let (bodies, revision) = (&state.bodies, state.register.revision);
+        let mut identities = Vec::new();
+        if self.come_and_go() {
+            identities.push(Field::new(&self.ids, revision, bodies.in_rows(&bodies.ids))?);
+        }
+        if self.settings.writes_material {
+            let materials: Vec<u32> = bodies.in_rows(&bodies.materials).into_iter().map(u32::from).collect();
+            identities.push(Field::new(&self.material, revision, materials)?);
+        }
+        Ok(identities)
+    }
+
+    /// Places in memory of the particles that leave at a window's start: those outside the domain, and those that are vapour
+    /// then. Flags that are older than the last coming or going have been followed already.
+    fn leaving(&self, state: &State, frozen: &Frozen) -> Result<Vec<usize>, SolveError> {
+        let mut leaving = self.settings.domain.map_or_else(Vec::new, |domain| domain.outside(&state.motion.positions));
+        if self.settings.reads_vapourised {
+            let vapourised = frozen.at_start("vapourised")?;
+            let support = &vapourised.support;
+            if (support.revision, support.count) == (state.register.revision, state.bodies.len() as u64) {
+                let flags = state.bodies.in_memory(vapourised.u8()?);
+                leaving.extend((0..).zip(flags).filter(|(_, flag)| *flag != 0).map(|(place, _)| place));
+            }
+        }
+        Ok(leaving)
     }
 
     /// The state at the start of `window` with the particles that come and without those that go; `None` where none do.
     ///
     /// New particles get the last rows; the others move up. Bonds of particles that go break with the next step.
-    pub(super) fn renewed(&self, state: &State, window: Window) -> Result<Option<(State, Booked)>, SolveError> {
+    pub(super) fn renewed(
+        &self,
+        state: &State,
+        frozen: &Frozen,
+        window: Window,
+    ) -> Result<Option<(State, Booked)>, SolveError> {
         if !self.come_and_go() {
             return Ok(None);
         }
-        let outside = self.settings.domain.map_or_else(Vec::new, |domain| domain.outside(&state.motion.positions));
+        let leaving = self.leaving(state, frozen)?;
         let mut pours = self.settings.pours.iter().zip(&state.register.poured);
-        if outside.is_empty() && pours.all(|(pour, &poured)| pour.due(window.t_s, window.dt_s, poured) == 0) {
+        if leaving.is_empty() && pours.all(|(pour, &poured)| pour.due(window.t_s, window.dt_s, poured) == 0) {
             return Ok(None);
         }
         let mut keep = vec![true; state.bodies.len()];
-        for &place in &outside {
+        for &place in &leaving {
             keep[place] = false;
         }
         let kept: Vec<u32> = (0u32..).zip(&keep).filter(|(_, keep)| **keep).map(|(place, _)| place).collect();
@@ -48,7 +85,7 @@ impl Particles {
         let mut moduli = reordered(&state.moduli, &kept);
         bodies.rows = ranks(&bodies.rows);
         let came = self.pour(window, &mut register, &mut bodies, &mut motion, &mut moduli)?;
-        if outside.is_empty() && came == 0 {
+        if leaving.is_empty() && came == 0 {
             return Ok(None);
         }
         register.revision += 1;

@@ -122,6 +122,7 @@ pub struct Particles {
     radii: Arc<Port>,
     /// Written where particles come and go.
     ids: Arc<Port>,
+    material: Arc<Port>,
     contact_ports: ContactPorts,
     wall_contact_ports: ContactPorts,
 }
@@ -160,6 +161,7 @@ impl Particles {
             velocities: vectors("velocities", "m/s", Measure::None),
             radii: Arc::new(Port::f64("radii", "m", "particles", 1, Measure::None)),
             ids: Arc::new(Port::u32("ids", "particles", 1)),
+            material: Arc::new(Port::u32("material", "particles", 1)),
             contact_ports: ContactPorts::new("contact", "contacts"),
             wall_contact_ports: ContactPorts::new("wall_contact", "wall-contacts"),
             settings,
@@ -474,12 +476,8 @@ impl Particles {
             self.vectors(&self.velocities, state, &state.motion.velocities)?,
             Field::new(&self.radii, revision, bodies.in_rows(&bodies.radii))?,
         ];
-        if self.come_and_go() {
-            let ids = Field::new(&self.ids, revision, bodies.in_rows(&bodies.ids))?;
-            fields.insert(ids.name().into(), ids);
-        }
         let lists = state.contacts.fields().into_iter().chain(state.wall_contacts.fields());
-        for field in motion.into_iter().chain(lists.cloned()) {
+        for field in motion.into_iter().chain(self.identities(state)?).chain(lists.cloned()) {
             fields.insert(field.name().into(), field);
         }
         let figures = self.pressed(state);
@@ -526,9 +524,12 @@ impl Physics for Particles {
         let written = [&self.positions, &self.velocities, &self.radii].into_iter();
         let lists = self.contact_ports.all().into_iter().chain(self.wall_contact_ports.all());
         let ids = self.come_and_go().then_some(&self.ids);
+        let material = self.settings.writes_material.then_some(&self.material);
+        let temperature = self.settings.reads_temperature.then(|| (*self.temperature).clone());
+        let vapourised = self.settings.reads_vapourised.then(|| Port::u8("vapourised", "particles", 1));
         Ports {
-            reads: self.settings.reads_temperature.then(|| (*self.temperature).clone()).into_iter().collect(),
-            writes: written.chain(lists).chain(ids).map(|port| (**port).clone()).collect(),
+            reads: temperature.into_iter().chain(vapourised).collect(),
+            writes: written.chain(lists).chain(ids).chain(material).map(|port| (**port).clone()).collect(),
         }
     }
 
@@ -542,7 +543,7 @@ impl Physics for Particles {
         if !(window.dt_s > 0.0 && window.dt_s.is_finite()) {
             return Err(SolveError::Mismatch(format!("particles: a window of {} s cannot be solved", window.dt_s)));
         }
-        let (renewed, booked) = self.renewed(state, window)?.unzip();
+        let (renewed, booked) = self.renewed(state, frozen, window)?.unzip();
         let before = state;
         let state = renewed.as_ref().unwrap_or(state);
         let heat = self.heat(frozen, before, state)?;

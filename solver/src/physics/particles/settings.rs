@@ -18,6 +18,10 @@ pub struct Settings {
     pub temperature_k: f64,
     /// True where a thermal physics writes `temperature`, which then softens the contacts.
     pub reads_temperature: bool,
+    /// True where a thermal physics writes `vapourised`: a particle that is vapour leaves at the start of the next window.
+    pub reads_vapourised: bool,
+    /// True where `material` is written, the place of each particle's material in [`Self::materials`]: somebody reads it.
+    pub writes_material: bool,
     /// Contact between particles, and between particles and walls.
     pub contact: Contact,
     /// Tangential force at contacts; `None` is frictionless.

@@ -1,23 +1,33 @@
-//! Temperature of the particles: conduction through contacts, heat from absorbed light.
+//! Temperature of the particles: conduction through contacts, heat from absorbed light and from electrical current, phases.
 
-mod conductance;
+mod ambient;
+mod balance;
+mod curve;
+mod enthalpy;
 mod network;
+mod newton;
 mod particles;
 mod settings;
+mod table;
 mod trapezoidal;
 
-use std::{collections::BTreeMap, sync::Arc};
+use std::{borrow::Cow, collections::BTreeMap, sync::Arc};
 
-use network::Network;
+use enthalpy::Form;
+use network::{Conductivities, Network};
 use particles::{Carried, Particles};
 use serde::{Deserialize, Serialize};
 pub use settings::*;
-use stagger_messages::{Energy, Field, Fields, Measure, Port, Ports};
+use stagger_messages::{Energy, Field, Fields, Measure, Port, Ports, Values};
+pub use table::Table;
 
 use crate::{
     SolveError,
-    coupling::{Frozen, Physics, Reply, Window},
-    physics::checks::{energy_j, finite, positive, setting},
+    coupling::{Frozen, NotConverged, Physics, Reply, Window},
+    physics::{
+        checks::{energy_j, finite, positive, setting},
+        contacts,
+    },
 };
 
 const NODE: &str = "thermal";
@@ -27,28 +37,88 @@ const NODE: &str = "thermal";
 /// m_i C θ̇_i = Σ_j G_ij (θ_j − θ_i) + Σ_w G_iw (θ_w − θ_i) + H_i
 ///
 /// with m_i = ρ 4/3 π R_i³, the contact conductances G of [`Conductance`], walls of given temperature θ_w (insulated
-/// where they have none) and the absorbed power H_i. The trapezoidal rule with weight φ takes it through a window.
+/// where they have none) and the power H_i of absorbed light and of electrical current. The trapezoidal rule with weight φ takes it through a window.
 ///
 /// Valid while a particle is nearly isothermal. The figure `largest Biot number` is Bi = G/(K R), the largest
 /// conductance of one contact over that of the particle behind it (R the smaller radius): small against 1 it is valid,
 /// from about 0.1 on the temperature inside a particle varies noticeably.
 ///
 /// The ledger's `heat` counts from the start: Σ m_i C (θ_i − θ(0)), in J, so that it is 0 at t = 0, where masses are
-/// not known yet. Its change over a window is `absorbed` − `to_walls` + `poured` − `removed` to rounding; the last two are
-/// the heat of particles that come and go, where `ids` tell. These do so at the window's start: a new one begins with the
-/// temperature of what is poured, and contacts of one that is gone conduct nothing, at the start either. Radii do not
-/// change during a run.
+/// not known yet. Its change over a window is `absorbed` + `joule` − `to_walls` + `poured` − `removed` to rounding; the last
+/// two are the heat of particles that come and go, where `ids` tell. These do so at the window's start: a new one begins
+/// with the temperature of what is poured, and contacts of one that is gone conduct nothing, at the start either. Radii do
+/// not change during a run.
+///
+/// With [`Settings::enthalpy`] the state is the enthalpy of each particle instead, from which temperature and phase follow:
+/// several materials, heat capacities and conductivities that depend on temperature, melting and boiling, and an ambient.
+/// Where a material changes phase, `melted` is the liquid share of each particle's mass and `vapourised` is 1 where a
+/// particle is vapour; the particles' motion takes it out at the start of the next window. `heat` is then the sensible part,
+/// `latent` the other one, and `vapour` what left with vapour.
 pub struct Thermal {
     settings: Settings,
+    form: Option<Form>,
     temperature: Arc<Port>,
+    melted: Arc<Port>,
+    vapourised: Arc<Port>,
 }
 
-/// The temperatures; cloning shares them.
+/// The temperatures and, in enthalpy form, the enthalpies; cloning shares them.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct State {
     temperature: Field,
+    /// `melted` and `vapourised`, where a material changes its phase.
+    phases: Option<[Field; 2]>,
+    /// Specific enthalpies above the start, in J/kg; `None` where the temperature tells them.
+    enthalpies_j_kg: Option<Arc<Vec<f64>>>,
+    /// Vapour that has left so far.
+    gone: Gone,
     /// Whose they are; `None` until a window says it.
     particles: Option<Particles>,
+}
+
+/// Vapour that has left.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct Gone {
+    /// Particles.
+    count: u64,
+    mass_kg: f64,
+}
+
+/// What a window starts from.
+#[derive(Clone, Copy)]
+struct Inputs<'f> {
+    /// Particles at the window's start, of the state, and at the window's end.
+    before: &'f Particles,
+    then: &'f Particles,
+    now: &'f Particles,
+    frozen: &'f Frozen,
+    /// Heat that enters from outside, in W.
+    power_w: Option<&'f [f64]>,
+    dt_s: f64,
+}
+
+/// What a window ended with.
+struct Ended {
+    /// At the window's start, on the rows of its end.
+    start_k: Vec<f64>,
+    temperatures_k: Vec<f64>,
+    /// In enthalpy form.
+    held: Option<Held>,
+    stored: Vec<Energy>,
+    exchanged: Vec<Energy>,
+    poured_j: f64,
+    removed_j: f64,
+    figures: BTreeMap<String, f64>,
+    not_converged: Option<NotConverged>,
+}
+
+/// What particles hold beside their temperature.
+struct Held {
+    enthalpies_j_kg: Vec<f64>,
+    /// Liquid share of each particle's mass, and whether it is vapour.
+    melted: Vec<f64>,
+    vapourised: Vec<u8>,
+    gone: Gone,
 }
 
 impl Thermal {
@@ -59,7 +129,14 @@ impl Thermal {
     pub fn new(settings: Settings) -> Result<Self, SolveError> {
         positive(NODE, "density", settings.density_kg_m3)?;
         positive(NODE, "heat capacity", settings.heat_capacity_j_kg_k)?;
-        positive(NODE, "conductivity", settings.conductivity_w_m_k)?;
+        let conductivity = settings.conductivity_w_m_k;
+        setting(
+            NODE,
+            "conductivity",
+            conductivity,
+            conductivity.is_finite() && conductivity >= 0.0,
+            "at least 0 and finite",
+        )?;
         positive(NODE, "tolerance", settings.tolerance)?;
         positive(NODE, "limit of iterations", settings.iterations.into())?;
         setting(NODE, "phi", settings.phi, (0.0..=1.0).contains(&settings.phi), "from 0 to 1")?;
@@ -72,8 +149,15 @@ impl Thermal {
             let what = format!("temperature of wall `{}`", wall.name);
             setting(NODE, &what, at, at.is_finite() && at >= 0.0, "at least 0 K")?;
         }
-        let temperature = Arc::new(Port::f64("temperature", "K", "particles", 1, Measure::Magnitude));
-        Ok(Self { settings, temperature })
+        let form = settings.enthalpy.as_ref().map(|enthalpy| Form::new(&settings, enthalpy)).transpose()?;
+        let port = |name, unit, measure| Arc::new(Port::f64(name, unit, "particles", 1, measure));
+        Ok(Self {
+            form,
+            settings,
+            temperature: port("temperature", "K", Measure::Magnitude),
+            melted: port("melted", "1", Measure::None),
+            vapourised: Arc::new(Port::u8("vapourised", "particles", 1)),
+        })
     }
 
     /// The state in which the particles have the temperatures given, in K: where they do not start alike.
@@ -88,12 +172,68 @@ impl Thermal {
             )));
         }
         finite(NODE, "temperature", 1, &temperatures_k)?;
-        Ok(State { temperature: Field::new(&self.temperature, 0, temperatures_k)?, particles: None })
+        let phases = match &self.form {
+            Some(form) if self.changes_phase() => {
+                let [molten, vapour] = form.at_start;
+                Some([
+                    Field::new(&self.melted, 0, vec![molten * (1.0 - vapour); found])?,
+                    Field::new(&self.vapourised, 0, vec![u8::from(vapour >= 1.0); found])?,
+                ])
+            }
+            _ => None,
+        };
+        let temperature = Field::new(&self.temperature, 0, temperatures_k)?;
+        Ok(State { temperature, phases, enthalpies_j_kg: None, gone: Gone::default(), particles: None })
+    }
+
+    fn changes_phase(&self) -> bool {
+        self.settings.enthalpy.as_ref().is_some_and(Enthalpy::changes_phase)
     }
 
     fn reply(&self, state: &State, ledger: Vec<Energy>) -> Reply {
-        let fields = [(state.temperature.name().to_owned(), state.temperature.clone())].into();
+        let written = [&state.temperature].into_iter().chain(state.phases.iter().flatten());
+        let fields = written.map(|field| (field.name().to_owned(), field.clone())).collect();
         Reply { fields, ledger, ..Reply::default() }
+    }
+
+    /// A window in temperature form.
+    fn advance(&self, inputs: Inputs<'_>, state: &State) -> Result<Ended, SolveError> {
+        let Inputs { before, then, now, frozen, power_w, dt_s } = inputs;
+        let settings = &self.settings;
+        let radii_m = now.radii.f64()?;
+        let capacities_j_k: Vec<f64> = radii_m.iter().map(|&radius_m| settings.capacity_j_k(radius_m)).collect();
+        let conductivities = Conductivities::All(settings.conductivity_w_m_k);
+        let rows = before.rows(now)?;
+        let at_start = Network::new(settings, conductivities, &frozen.start, radii_m, rows.as_deref())?;
+        let at_end = Network::new(settings, conductivities, &frozen.end, radii_m, None)?;
+
+        let temperatures_k = state.temperature.f64()?;
+        let poured_k = settings.pour_temperature_k.unwrap_or(settings.temperature_k);
+        let Carried { values: start_k, came, went } = then.carry(temperatures_k, now, |_| poured_k)?;
+        let above_k = |temperature_k: f64| temperature_k - settings.temperature_k;
+        let poured_j = came.iter().fold(0.0, |sum, &row| sum + capacities_j_k[row] * above_k(poured_k));
+        let radii_then_m = then.radii.f64()?;
+        let removed_j = went
+            .iter()
+            .fold(0.0, |sum, &row| sum + settings.capacity_j_k(radii_then_m[row]) * above_k(temperatures_k[row]));
+
+        let advanced = trapezoidal::advance(settings, &capacities_j_k, &start_k, [&at_start, &at_end], power_w, dt_s);
+        let trapezoidal::Advanced { temperatures_k, to_walls_j, sweeps, not_converged } = advanced;
+        finite(NODE, "temperature", 1, &temperatures_k)?;
+        let above_start_k = temperatures_k.iter().map(|&temperature_k| above_k(temperature_k));
+        let heat_j =
+            capacities_j_k.iter().zip(above_start_k).fold(0.0, |sum, (capacity, above)| sum + capacity * above);
+        Ok(Ended {
+            start_k,
+            temperatures_k,
+            held: None,
+            stored: vec![Energy::stored("heat", heat_j)],
+            exchanged: vec![Energy::lost("to_walls", to_walls_j)],
+            poured_j,
+            removed_j,
+            figures: figures(sweeps, at_end.biot),
+            not_converged,
+        })
     }
 }
 
@@ -101,27 +241,32 @@ impl Physics for Thermal {
     type State = State;
 
     fn ports(&self) -> Ports {
-        let mut reads = vec![
-            Port::f64("radii", "m", "particles", 1, Measure::None),
-            Port::u32("contact_pairs", "contacts", 2),
-            Port::f64("contact_area", "m^2", "contacts", 1, Measure::None),
-            Port::f64("contact_distance", "m", "contacts", 1, Measure::None),
-            Port::u32("wall_contact_pairs", "wall-contacts", 2),
-            Port::f64("wall_contact_area", "m^2", "wall-contacts", 1, Measure::None),
-            Port::f64("wall_contact_distance", "m", "wall-contacts", 1, Measure::None),
-        ];
+        let mut reads = vec![Port::f64("radii", "m", "particles", 1, Measure::None)];
+        reads.extend(contacts::ports());
         if self.settings.reads_absorbed_power {
             reads.push(Port::f64("absorbed_power", "W", "particles", 1, Measure::None).as_sum());
+        }
+        if self.settings.reads_joule_power {
+            reads.push(Port::f64("joule_power", "W", "particles", 1, Measure::None).as_sum());
         }
         if self.settings.reads_ids {
             reads.push(Port::u32("ids", "particles", 1));
         }
-        Ports { reads, writes: vec![(*self.temperature).clone()] }
+        if self.settings.reads_material() {
+            reads.push(Port::u32("material", "particles", 1));
+        }
+        let phases = [&self.melted, &self.vapourised].into_iter().filter(|_| self.changes_phase());
+        let writes = [&self.temperature].into_iter().chain(phases).map(|port| (**port).clone()).collect();
+        Ports { reads, writes }
     }
 
     fn initial(&self) -> Result<(State, Reply), SolveError> {
         let state = self.state(vec![self.settings.temperature_k; self.settings.count])?;
-        let reply = self.reply(&state, vec![Energy::stored("heat", 0.0)]);
+        let mut ledger = vec![Energy::stored("heat", 0.0)];
+        if self.changes_phase() {
+            ledger.push(Energy::stored("latent", 0.0));
+        }
+        let reply = self.reply(&state, ledger);
         Ok((state, reply))
     }
 
@@ -137,46 +282,57 @@ impl Physics for Thermal {
                 state.temperature.rows()
             )));
         }
-        let absorbed_w =
-            settings.reads_absorbed_power.then(|| now.absorbed(&frozen.end, [&before, then])).transpose()?;
-        let absorbed_w = absorbed_w.as_deref();
-        let radii_m = now.radii.f64()?;
-        let capacities_j_k: Vec<f64> = radii_m.iter().map(|&radius_m| settings.capacity_j_k(radius_m)).collect();
-        let at_start = Network::new(settings, &frozen.start, radii_m, before.rows(&now)?.as_deref())?;
-        let at_end = Network::new(settings, &frozen.end, radii_m, None)?;
-
-        let Carried { temperatures_k: start_k, poured_j, removed_j } =
-            then.carry(settings, state.temperature.f64()?, &now)?;
-        let networks = [&at_start, &at_end];
-        let advanced = trapezoidal::advance(settings, &capacities_j_k, &start_k, networks, absorbed_w, window.dt_s);
-        finite(NODE, "temperature", 1, &advanced.temperatures_k)?;
-
-        let above_start_k = advanced.temperatures_k.iter().map(|temperature| temperature - settings.temperature_k);
-        let heat_j =
-            capacities_j_k.iter().zip(above_start_k).fold(0.0, |sum, (capacity, above)| sum + capacity * above);
-        let mut ledger = vec![
-            Energy::stored("heat", heat_j),
-            Energy::gained("absorbed", absorbed_w.map_or(0.0, |power_w| energy_j(power_w, window.dt_s))),
-            Energy::lost("to_walls", advanced.to_walls_j),
-        ];
-        if settings.reads_ids {
-            ledger.extend([Energy::gained("poured", poured_j), Energy::lost("removed", removed_j)]);
-        }
-        let on_rows = |temperatures_k: Vec<f64>| {
-            let rows = now.radii.support.clone();
-            Field::with_support(Arc::clone(&self.temperature), rows, temperatures_k.into())
+        let mut power =
+            |reads: bool, name: &str| reads.then(|| now.power(name, &frozen.end, [&before, then])).transpose();
+        let absorbed_w = power(settings.reads_absorbed_power, "absorbed_power")?;
+        let joule_w = power(settings.reads_joule_power, "joule_power")?;
+        let power_w = match (&absorbed_w, &joule_w) {
+            (Some(light), Some(current)) => {
+                Some(Cow::Owned(light.iter().zip(&**current).map(|(a, b)| a + b).collect()))
+            }
+            (one, other) => one.as_deref().or(other.as_deref()).map(Cow::Borrowed),
         };
-        let mut start = Fields::new();
-        if state.temperature.support != now.radii.support {
-            start.insert(self.temperature.field.clone(), on_rows(start_k)?);
+        let power_w: Option<&[f64]> = power_w.as_deref();
+        let inputs = Inputs { before: &before, then, now: &now, frozen, power_w, dt_s: window.dt_s };
+        let absorbed_j = absorbed_w.as_ref().map_or(0.0, |power_w| energy_j(power_w, window.dt_s));
+        let joule_j = joule_w.as_ref().map(|power_w| energy_j(power_w, window.dt_s));
+        let ended = match (&self.form, &settings.enthalpy) {
+            (Some(form), Some(enthalpy)) => form.advance(settings, enthalpy, inputs, state)?,
+            _ => self.advance(inputs, state)?,
+        };
+
+        let mut ledger = ended.stored;
+        ledger.push(Energy::gained("absorbed", absorbed_j));
+        ledger.extend(ended.exchanged);
+        ledger.extend(joule_j.map(|joule_j| Energy::gained("joule", joule_j)));
+        if settings.reads_ids {
+            ledger.extend([Energy::gained("poured", ended.poured_j), Energy::lost("removed", ended.removed_j)]);
         }
-        let temperature = on_rows(advanced.temperatures_k)?;
-        let state = State { temperature, particles: Some(now) };
-        let figures = BTreeMap::from([
-            ("iterations".to_owned(), f64::from(advanced.sweeps)),
-            ("largest Biot number".to_owned(), at_end.biot),
-        ]);
-        let reply = Reply { start, not_converged: advanced.not_converged, figures, ..self.reply(&state, ledger) };
+        let rows = &now.radii.support;
+        let field = |port: &Arc<Port>, values: Values| Field::with_support(Arc::clone(port), rows.clone(), values);
+        let mut start = Fields::new();
+        if state.temperature.support != *rows {
+            start.insert(self.temperature.field.clone(), field(&self.temperature, ended.start_k.into())?);
+        }
+        let temperature = field(&self.temperature, ended.temperatures_k.into())?;
+        let mut figures = ended.figures;
+        let (mut phases, mut enthalpies_j_kg, mut gone) = (None, None, state.gone);
+        if let Some(held) = ended.held {
+            enthalpies_j_kg = Some(Arc::new(held.enthalpies_j_kg));
+            if self.changes_phase() {
+                gone = held.gone;
+                figures.insert("vapourised particles".to_owned(), gone.count as f64);
+                figures.insert("vapourised mass [kg]".to_owned(), gone.mass_kg);
+                phases =
+                    Some([field(&self.melted, held.melted.into())?, field(&self.vapourised, held.vapourised.into())?]);
+            }
+        }
+        let state = State { temperature, phases, enthalpies_j_kg, gone, particles: Some(now) };
+        let reply = Reply { start, not_converged: ended.not_converged, figures, ..self.reply(&state, ledger) };
         Ok((state, reply))
     }
+}
+
+fn figures(sweeps: u32, biot: f64) -> BTreeMap<String, f64> {
+    BTreeMap::from([("iterations".to_owned(), f64::from(sweeps)), ("largest Biot number".to_owned(), biot)])
 }

@@ -2,10 +2,10 @@
 
 use stagger_messages::Fields;
 
-use super::{NODE, Settings, conductance::conductance};
+use super::{NODE, Settings};
 use crate::{
     SolveError,
-    physics::checks::{field, not_physical, values},
+    physics::contacts::{Contact, Names, PAIRS, WALLS, contacts, in_range},
 };
 
 /// Conductances between particles, and between particles and walls of given temperature, at one instant.
@@ -14,7 +14,7 @@ pub(super) struct Network {
     walls: Vec<WallLink>,
     /// Sum of the conductances at each particle, in W/K.
     pub(super) at_particle_w_k: Vec<f64>,
-    /// Largest Biot number of a contact: Bi = G/(K R), R the smaller radius (see [`super::Thermal`]).
+    /// Largest Biot number of a contact: Bi = G/(K R), the larger one of its two particles (see [`super::Thermal`]).
     pub(super) biot: f64,
 }
 
@@ -22,12 +22,44 @@ struct Pair {
     i: usize,
     j: usize,
     conductance_w_k: f64,
+    /// The conductance over the conductivity, in m, where particles have conductivities of their own; else 0.
+    shape_m: f64,
 }
 
 struct WallLink {
     i: usize,
     wall_temperature_k: f64,
     conductance_w_k: f64,
+    /// As that of a pair.
+    shape_m: f64,
+}
+
+/// Conductivities K of the particles, in W/(m K).
+#[derive(Clone, Copy)]
+pub(super) enum Conductivities<'k> {
+    /// One for all.
+    All(f64),
+    /// One for each.
+    Each(&'k [f64]),
+}
+
+impl Conductivities<'_> {
+    fn at(self, particle: usize) -> f64 {
+        match self {
+            Self::All(conductivity) => conductivity,
+            Self::Each(conductivities) => conductivities[particle],
+        }
+    }
+
+    /// Conductance and shape of a contact; where each particle has its own conductivity, [`Network::conduct`] adds the
+    /// conductance.
+    fn of(self, contact: &Contact, settings: &Settings) -> Result<[f64; 2], SolveError> {
+        let conductance = |conductivity| contact.conductance(NODE, settings.conductance, conductivity);
+        Ok(match self {
+            Self::All(conductivity) => [conductance(conductivity)?, 0.0],
+            Self::Each(_) => [0.0, conductance(1.0)?],
+        })
+    }
 }
 
 impl Network {
@@ -36,6 +68,7 @@ impl Network {
     /// of a particle that is gone conduct nothing.
     pub(super) fn new(
         settings: &Settings,
+        conductivities: Conductivities<'_>,
         fields: &Fields,
         radii_m: &[f64],
         rows: Option<&[Option<u32>]>,
@@ -43,26 +76,26 @@ impl Network {
         let mut network =
             Self { pairs: Vec::new(), walls: Vec::new(), at_particle_w_k: vec![0.0; radii_m.len()], biot: 0.0 };
         let numbered = Numbered { rows, count: rows.map_or(radii_m.len(), <[_]>::len) };
-        network.read_pairs(settings, fields, radii_m, numbered)?;
-        network.read_walls(settings, fields, radii_m, numbered)?;
+        network.read_pairs(settings, conductivities, fields, numbered)?;
+        network.read_walls(settings, conductivities, fields, numbered)?;
+        network.conduct(conductivities);
+        network.add_up(conductivities, radii_m);
         Ok(network)
     }
 
     fn read_pairs(
         &mut self,
         settings: &Settings,
+        conductivities: Conductivities<'_>,
         fields: &Fields,
-        radii_m: &[f64],
         numbered: Numbered<'_>,
     ) -> Result<(), SolveError> {
-        for (row, contact) in contacts(settings, fields, PAIRS)?.enumerate() {
-            let Contact { indices: [i, j], conductance_w_k } = contact?;
-            let (i, j) = (numbered.particle(PAIRS[0], row, i)?, numbered.particle(PAIRS[0], row, j)?);
-            if let (Some(i), Some(j), true) = (i, j, conductance_w_k > 0.0) {
-                self.pairs.push(Pair { i, j, conductance_w_k });
-                self.at_particle_w_k[i] += conductance_w_k;
-                self.at_particle_w_k[j] += conductance_w_k;
-                self.see(settings, conductance_w_k, radii_m[i].min(radii_m[j]));
+        for contact in contacts(NODE, fields, PAIRS)? {
+            let [conductance_w_k, shape_m] = conductivities.of(&contact, settings)?;
+            let ([i, j], row) = (contact.indices, contact.row);
+            let (i, j) = (numbered.particle(PAIRS, row, i)?, numbered.particle(PAIRS, row, j)?);
+            if let (Some(i), Some(j), true) = (i, j, conductance_w_k > 0.0 || shape_m > 0.0) {
+                self.pairs.push(Pair { i, j, conductance_w_k, shape_m });
             }
         }
         Ok(())
@@ -71,26 +104,58 @@ impl Network {
     fn read_walls(
         &mut self,
         settings: &Settings,
+        conductivities: Conductivities<'_>,
         fields: &Fields,
-        radii_m: &[f64],
         numbered: Numbered<'_>,
     ) -> Result<(), SolveError> {
-        for (row, contact) in contacts(settings, fields, WALLS)?.enumerate() {
-            let Contact { indices: [i, wall], conductance_w_k } = contact?;
-            let i = numbered.particle(WALLS[0], row, i)?;
-            in_range(WALLS[0], row, "wall", wall, settings.walls.len())?;
+        for contact in contacts(NODE, fields, WALLS)? {
+            let [conductance_w_k, shape_m] = conductivities.of(&contact, settings)?;
+            let ([i, wall], row) = (contact.indices, contact.row);
+            let i = numbered.particle(WALLS, row, i)?;
+            in_range(NODE, WALLS, row, "wall", wall, settings.walls.len())?;
             let wall_temperature_k = settings.walls[wall].temperature_k;
-            if let (Some(i), Some(wall_temperature_k), true) = (i, wall_temperature_k, conductance_w_k > 0.0) {
-                self.walls.push(WallLink { i, wall_temperature_k, conductance_w_k });
-                self.at_particle_w_k[i] += conductance_w_k;
-                self.see(settings, conductance_w_k, radii_m[i]);
+            if let (Some(i), Some(wall_temperature_k), true) = (i, wall_temperature_k, conductance_w_k + shape_m > 0.0)
+            {
+                self.walls.push(WallLink { i, wall_temperature_k, conductance_w_k, shape_m });
             }
         }
         Ok(())
     }
 
-    fn see(&mut self, settings: &Settings, conductance_w_k: f64, radius_m: f64) {
-        self.biot = self.biot.max(conductance_w_k / (settings.conductivity_w_m_k * radius_m));
+    /// Takes the conductances that follow from conductivities of the particles' own, with K_ij = ½ (K_i + K_j) (eq. 6.37).
+    fn conduct(&mut self, conductivities: Conductivities<'_>) {
+        let Conductivities::Each(conductivities) = conductivities else { return };
+        for pair in &mut self.pairs {
+            pair.conductance_w_k = 0.5 * (conductivities[pair.i] + conductivities[pair.j]) * pair.shape_m;
+        }
+        for link in &mut self.walls {
+            link.conductance_w_k = conductivities[link.i] * link.shape_m;
+        }
+    }
+
+    /// Takes other conductivities than those it was read with.
+    pub(super) fn conduct_with(&mut self, conductivities: &[f64], radii_m: &[f64]) {
+        self.conduct(Conductivities::Each(conductivities));
+        self.add_up(Conductivities::Each(conductivities), radii_m);
+    }
+
+    fn add_up(&mut self, conductivities: Conductivities<'_>, radii_m: &[f64]) {
+        self.at_particle_w_k.fill(0.0);
+        self.biot = 0.0;
+        let biot = |particle: usize, conductance_w_k: f64| match conductivities.at(particle) {
+            // It conducts because its partner does, and nothing reaches its inside.
+            conductivity if conductivity <= 0.0 => 0.0,
+            conductivity => conductance_w_k / (conductivity * radii_m[particle]),
+        };
+        for &Pair { i, j, conductance_w_k, .. } in &self.pairs {
+            self.at_particle_w_k[i] += conductance_w_k;
+            self.at_particle_w_k[j] += conductance_w_k;
+            self.biot = self.biot.max(biot(i, conductance_w_k)).max(biot(j, conductance_w_k));
+        }
+        for &WallLink { i, conductance_w_k, .. } in &self.walls {
+            self.at_particle_w_k[i] += conductance_w_k;
+            self.biot = self.biot.max(biot(i, conductance_w_k));
+        }
     }
 
     /// Heat flowing into each particle, in W (Zohdi 2018, eq. 6.36); returns what flows out to the walls, in W.
@@ -98,18 +163,37 @@ impl Network {
     /// What one partner of a contact gains the other loses, to the last bit.
     pub(super) fn heat_flow(&self, temperatures_k: &[f64], into_w: &mut [f64]) -> f64 {
         into_w.fill(0.0);
-        for &Pair { i, j, conductance_w_k } in &self.pairs {
+        for &Pair { i, j, conductance_w_k, .. } in &self.pairs {
             let flow_w = conductance_w_k * (temperatures_k[j] - temperatures_k[i]);
             into_w[i] += flow_w;
             into_w[j] -= flow_w;
         }
         let mut to_walls_w = 0.0;
-        for &WallLink { i, wall_temperature_k, conductance_w_k } in &self.walls {
+        for &WallLink { i, wall_temperature_k, conductance_w_k, .. } in &self.walls {
             let flow_w = conductance_w_k * (wall_temperature_k - temperatures_k[i]);
             into_w[i] += flow_w;
             to_walls_w -= flow_w;
         }
         to_walls_w
+    }
+
+    /// What the heat flowing into each particle changes by where the temperatures change by `change_k` and the conductances
+    /// stay, in W.
+    pub(super) fn response(&self, change_k: &[f64], into_w: &mut [f64]) {
+        into_w.fill(0.0);
+        for &Pair { i, j, conductance_w_k, .. } in &self.pairs {
+            let flow_w = conductance_w_k * (change_k[j] - change_k[i]);
+            into_w[i] += flow_w;
+            into_w[j] -= flow_w;
+        }
+        for &WallLink { i, conductance_w_k, .. } in &self.walls {
+            into_w[i] -= conductance_w_k * change_k[i];
+        }
+    }
+
+    /// The contacts between particles: i, j, and the conductance in W/K.
+    pub(super) fn between_particles(&self) -> impl Iterator<Item = (u32, u32, f64)> + Clone + '_ {
+        self.pairs.iter().map(|pair| (pair.i as u32, pair.j as u32, pair.conductance_w_k))
     }
 }
 
@@ -122,53 +206,8 @@ struct Numbered<'r> {
 
 impl Numbered<'_> {
     /// The row of the particle that the list calls `index`; `None` where it is gone.
-    fn particle(&self, name: &str, row: usize, index: usize) -> Result<Option<usize>, SolveError> {
-        in_range(name, row, "particle", index, self.count)?;
+    fn particle(&self, names: Names, row: usize, index: usize) -> Result<Option<usize>, SolveError> {
+        in_range(NODE, names, row, "particle", index, self.count)?;
         Ok(self.rows.map_or(Some(index), |rows| rows[index].map(|row| row as usize)))
     }
-}
-
-/// Names of the fields of one kind of contact: indices, area, distance.
-type Names = [&'static str; 3];
-const PAIRS: Names = ["contact_pairs", "contact_area", "contact_distance"];
-const WALLS: Names = ["wall_contact_pairs", "wall_contact_area", "wall_contact_distance"];
-
-struct Contact {
-    indices: [usize; 2],
-    conductance_w_k: f64,
-}
-
-/// The contacts of one kind, row by row, once their fields are known to stand on the same rows.
-fn contacts<'a>(
-    settings: &'a Settings,
-    fields: &'a Fields,
-    [pairs, area, distance]: Names,
-) -> Result<impl Iterator<Item = Result<Contact, SolveError>> + 'a, SolveError> {
-    let list = field(fields, pairs)?;
-    let of = format!("`{pairs}`");
-    let areas = values(NODE, fields, area, list.rows(), &of)?;
-    let distances = values(NODE, fields, distance, list.rows(), &of)?;
-    for name in [area, distance] {
-        let (found, expected) = (field(fields, name)?.support.revision, list.support.revision);
-        if found != expected {
-            return Err(SolveError::Mismatch(format!(
-                "{NODE}: field `{name}` is of contact list {found}, but {of} is list {expected}"
-            )));
-        }
-    }
-    let rows = list.u32()?.chunks_exact(2).zip(areas.iter().zip(distances)).enumerate();
-    Ok(rows.map(move |(row, (indices, (&area_m2, &distance_m)))| {
-        let conductance_w_k = conductance(settings.conductance, settings.conductivity_w_m_k, area_m2, distance_m)
-            .ok_or_else(|| not_physical(NODE, distance, row, distance_m))?;
-        Ok(Contact { indices: [indices[0] as usize, indices[1] as usize], conductance_w_k })
-    }))
-}
-
-fn in_range(name: &str, row: usize, what: &str, index: usize, count: usize) -> Result<(), SolveError> {
-    if index < count {
-        return Ok(());
-    }
-    Err(SolveError::Mismatch(format!(
-        "{NODE}: field `{name}` names {what} {index} in row {row}, but there are {count}, counted from 0"
-    )))
 }

@@ -21,16 +21,19 @@ pub(super) struct Particles {
     pub(super) radii: Field,
     /// Who they are; `None` where nobody says it, and particles neither come nor go.
     ids: Option<Field>,
-    /// Who those were that the absorbed power read last belongs to: it may be older than the rest.
-    lit: Option<Field>,
+    /// What they are made of, as places in the list of materials; `None` where there is one.
+    kinds: Option<Field>,
+    /// Who those were that the powers read last belong to, one list for each: they may be older than the rest.
+    heated: Vec<Field>,
 }
 
-/// Temperatures at a window's start on the rows of its end, and the heat above the initial temperature that moved with
-/// particles that came or went, in J.
+/// What one value of each particle becomes on the rows of a later instant.
 pub(super) struct Carried {
-    pub(super) temperatures_k: Vec<f64>,
-    pub(super) poured_j: f64,
-    pub(super) removed_j: f64,
+    pub(super) values: Vec<f64>,
+    /// Rows of the later instant that were not there before.
+    pub(super) came: Vec<usize>,
+    /// Rows of the earlier instant that are there no more.
+    pub(super) went: Vec<usize>,
 }
 
 impl Particles {
@@ -38,14 +41,19 @@ impl Particles {
     pub(super) fn read(settings: &Settings, fields: &Fields) -> Result<Self, SolveError> {
         radii(NODE, fields)?;
         let radii = field(fields, "radii")?.clone();
-        let ids = settings.reads_ids.then(|| field(fields, "ids")).transpose()?.cloned();
-        match ids.as_ref().filter(|ids| ids.support != radii.support) {
-            None => Ok(Self { radii, ids, lit: None }),
-            Some(ids) => Err(SolveError::Mismatch(format!(
-                "{NODE}: field `ids` is of {} particles at revision {}, but `radii` of {} at revision {}",
-                ids.support.count, ids.support.revision, radii.support.count, radii.support.revision
-            ))),
-        }
+        let of_these = |reads: bool, name: &str| {
+            let read = reads.then(|| field(fields, name)).transpose()?.cloned();
+            match read.as_ref().filter(|read| read.support != radii.support) {
+                None => Ok(read),
+                Some(read) => Err(SolveError::Mismatch(format!(
+                    "{NODE}: field `{name}` is of {} particles at revision {}, but `radii` of {} at revision {}",
+                    read.support.count, read.support.revision, radii.support.count, radii.support.revision
+                ))),
+            }
+        };
+        let ids = of_these(settings.reads_ids, "ids")?;
+        let kinds = of_these(settings.reads_material(), "material")?;
+        Ok(Self { radii, ids, kinds, heated: Vec::new() })
     }
 
     /// Who they are, where they are to be told from `others`.
@@ -70,49 +78,69 @@ impl Particles {
         rows_then(now.ids(self)?, self.ids(now)?).map(Some)
     }
 
-    /// What `temperatures_k` of these are on the rows of `now`: new particles have the temperature of what is poured.
-    pub(super) fn carry(&self, settings: &Settings, temperatures_k: &[f64], now: &Self) -> Result<Carried, SolveError> {
+    /// What `values` of these, one each, are on the rows of `now`; a new particle's is that of its row.
+    pub(super) fn carry(
+        &self,
+        values: &[f64],
+        now: &Self,
+        of_new: impl Fn(usize) -> f64,
+    ) -> Result<Carried, SolveError> {
         let Some(rows) = now.rows(self)? else {
-            return Ok(Carried { temperatures_k: temperatures_k.to_vec(), poured_j: 0.0, removed_j: 0.0 });
+            return Ok(Carried { values: values.to_vec(), came: Vec::new(), went: Vec::new() });
         };
-        let poured_k = settings.pour_temperature_k.unwrap_or(settings.temperature_k);
-        let temperature_k = |row: &Option<u32>| row.map_or(poured_k, |row| temperatures_k[row as usize]);
-        let carried_k = rows.iter().map(temperature_k).collect();
-
-        let above_k = |temperature_k: f64| temperature_k - settings.temperature_k;
-        let came = rows.iter().zip(now.radii.f64()?).filter(|(row, _)| row.is_none());
-        let poured_j = came.fold(0.0, |sum, (_, &radius_m)| sum + settings.capacity_j_k(radius_m) * above_k(poured_k));
-        let rows_now = rows_then(now.ids(self)?, self.ids(now)?)?;
-        let went = rows_now.iter().zip(self.radii.f64()?.iter().zip(temperatures_k)).filter(|(row, _)| row.is_none());
-        let removed_j = went.fold(0.0, |sum, (_, (&radius_m, &temperature_k))| {
-            sum + settings.capacity_j_k(radius_m) * above_k(temperature_k)
-        });
-        Ok(Carried { temperatures_k: carried_k, poured_j, removed_j })
+        let gone = |rows: &[Option<u32>]| -> Vec<usize> {
+            (0..).zip(rows).filter(|(_, row)| row.is_none()).map(|(row, _)| row).collect()
+        };
+        let value = |(now, row): (usize, &Option<u32>)| row.map_or_else(|| of_new(now), |row| values[row as usize]);
+        let went = gone(&rows_then(now.ids(self)?, self.ids(now)?)?);
+        Ok(Carried { values: (0..).zip(&rows).map(value).collect(), came: gone(&rows), went })
     }
 
-    /// The absorbed power on these rows, in W. Where its writer has not seen yet who came or went, particles take what
-    /// it gave them then, and new ones nothing; `known` are the particles of earlier instants it may belong to.
-    pub(super) fn absorbed<'f>(&mut self, fields: &'f Fields, known: [&Self; 2]) -> Result<Cow<'f, [f64]>, SolveError> {
-        let power = field(fields, "absorbed_power")?;
+    /// Number of particles.
+    pub(super) fn len(&self) -> usize {
+        self.radii.rows()
+    }
+
+    /// Place of each one's material in the list of `materials`; 0 for all where no field says it.
+    pub(super) fn kinds(&self, materials: usize) -> Result<Vec<u32>, SolveError> {
+        let Some(kinds) = &self.kinds else { return Ok(vec![0; self.len()]) };
+        let kinds = kinds.u32()?;
+        match kinds.iter().position(|&kind| kind as usize >= materials) {
+            None => Ok(kinds.to_vec()),
+            Some(row) => Err(SolveError::Mismatch(format!(
+                "{NODE}: field `material` names material {} in row {row}, but there are {materials}, counted from 0",
+                kinds[row]
+            ))),
+        }
+    }
+
+    /// The power `name` on these rows, in W. Where its writer has not seen yet who came or went, particles take what it
+    /// gave them then, and new ones nothing; `known` are the particles of earlier instants it may belong to.
+    pub(super) fn power<'f>(
+        &mut self,
+        name: &str,
+        fields: &'f Fields,
+        known: [&Self; 2],
+    ) -> Result<Cow<'f, [f64]>, SolveError> {
+        let power = field(fields, name)?;
         let Some(ids) = &self.ids else {
-            return values(NODE, fields, "absorbed_power", self.radii.rows(), "`radii`").map(Cow::Borrowed);
+            return values(NODE, fields, name, self.radii.rows(), "`radii`").map(Cow::Borrowed);
         };
-        let power_w = values(NODE, fields, "absorbed_power", power.rows(), "it")?;
-        let mut sets =
-            [Some(ids)].into_iter().chain(known.into_iter().flat_map(|of| [of.ids.as_ref(), of.lit.as_ref()]));
-        let Some(lit) = sets.find_map(|set| set.filter(|set| set.support == power.support)) else {
+        let power_w = values(NODE, fields, name, power.rows(), "it")?;
+        let mut sets = [ids].into_iter().chain(known.into_iter().flat_map(|of| of.ids.iter().chain(&of.heated)));
+        let Some(heated) = sets.find(|set| set.support == power.support) else {
             return Err(SolveError::Mismatch(format!(
-                "{NODE}: field `absorbed_power` is of {} particles at revision {}, but there are {} at revision {}: \
+                "{NODE}: field `{name}` is of {} particles at revision {}, but there are {} at revision {}: \
                  who writes it must solve whenever particles come or go, and write it on the rows that it read",
                 power.support.count, power.support.revision, ids.support.count, ids.support.revision
             )));
         };
-        let on_rows = if lit.support == ids.support {
+        let on_rows = if heated.support == ids.support {
             Cow::Borrowed(power_w)
         } else {
-            Cow::Owned(by_ids(power_w, lit.u32()?, ids.u32()?, 0.0)?)
+            Cow::Owned(by_ids(power_w, heated.u32()?, ids.u32()?, 0.0)?)
         };
-        self.lit = Some(lit.clone());
+        self.heated.push(heated.clone());
         Ok(on_rows)
     }
 }

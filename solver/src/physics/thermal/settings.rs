@@ -2,6 +2,8 @@ use std::f64::consts::PI;
 
 use serde::Serialize;
 
+use super::Table;
+pub use crate::physics::Conductance;
 use crate::physics::Wall;
 
 /// Everything the particles' temperature depends on. SI units.
@@ -13,7 +15,8 @@ pub struct Settings {
     pub temperature_k: f64,
     /// Temperature of particles that come later, in K; `None` is that of the start.
     pub pour_temperature_k: Option<f64>,
-    /// Density ρ in kg/m³.
+    /// Density ρ in kg/m³; this and the next two are of the first material at the start, and hold for all particles at all
+    /// temperatures where [`Self::enthalpy`] is `None`.
     pub density_kg_m3: f64,
     /// Heat capacity C in J/(kg K).
     pub heat_capacity_j_kg_k: f64,
@@ -27,27 +30,109 @@ pub struct Settings {
     pub phi: f64,
     /// True where an optics physics writes `absorbed_power`.
     pub reads_absorbed_power: bool,
+    /// True where a current physics writes `joule_power`.
+    pub reads_joule_power: bool,
     /// True where particles may come and go during the run: `ids` then says which row is whose.
     pub reads_ids: bool,
     /// Tolerance of the fixed point: largest change of a temperature over the largest temperature.
     pub tolerance: f64,
     /// Iterations after which the window is given up.
     pub iterations: u32,
+    /// What takes enthalpy instead of temperature as the state: several materials, properties that depend on temperature,
+    /// phases, an ambient, or conjugate gradients. `None` has none of them, and costs nothing.
+    pub enthalpy: Option<Enthalpy>,
 }
 
-impl Settings {
-    /// Heat capacity of a particle m C with m = ρ 4/3 π R³, in J/K.
-    pub(super) fn capacity_j_k(&self, radius_m: f64) -> f64 {
-        self.density_kg_m3 * 4.0 / 3.0 * PI * radius_m.powi(3) * self.heat_capacity_j_kg_k
+/// What goes beyond one material of constant properties whose heat flows through contacts only.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Enthalpy {
+    /// The materials; a particle names its own by its place in this list.
+    pub materials: Vec<Material>,
+    /// How the implicit equations are solved.
+    pub solver: Solver,
+    /// Heat exchanged with what surrounds the particles; `None` is none.
+    pub ambient: Option<Ambient>,
+}
+
+impl Enthalpy {
+    /// Whether a material changes its phase.
+    #[must_use]
+    pub fn changes_phase(&self) -> bool {
+        self.materials.iter().any(|material| material.phases.is_some())
     }
 }
 
-/// Conductance of a contact, in W/K.
+/// What a particle is made of.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Material {
+    /// Its name in the scene.
+    pub name: String,
+    /// Density ρ in kg/m³; it holds for every temperature and phase, as a particle keeps mass and radius.
+    pub density_kg_m3: f64,
+    /// Heat capacity C in J/(kg K), without latent heat.
+    pub heat_capacity_j_kg_k: Table,
+    /// Conductivity K in W/(m K).
+    pub conductivity_w_m_k: Table,
+    /// Where it melts and boils; `None` is never.
+    pub phases: Option<Phases>,
+}
+
+/// Changes of phase of a material.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Phases {
+    /// Melting; `None` is never.
+    pub melting: Option<PhaseChange>,
+    /// Boiling, above the end of melting; `None` is never.
+    pub boiling: Option<PhaseChange>,
+}
+
+/// A change of phase on heating, and back on cooling.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct PhaseChange {
+    /// Where it begins: θ_m or θ_v in K.
+    pub from_k: f64,
+    /// Bandwidth δθ in K over which the latent heat is spread; 0 changes phase at one temperature.
+    pub width_k: f64,
+    /// Latent heat in J/kg.
+    pub latent_j_kg: f64,
+}
+
+/// How the implicit equations of a window are solved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Conductance {
-    /// K A/d, the monograph's (eq. 6.35).
-    Monograph,
-    /// 2 K a, the exact one of a small circular spot of radius a between half-spaces (Holm 1967), a = √(A/π).
-    Constriction,
+pub enum Solver {
+    /// Sweeps in which every particle takes the temperature that balances its own heat.
+    FixedPoint,
+    /// Newton's method with preconditioned conjugate gradients: for steps far above the explicit limit.
+    ConjugateGradient,
+}
+
+/// What surrounds the particles: h A_s (θ_∞ − θ) + ε_r σ_SB A_s (θ_∞⁴ − θ⁴) into each, with A_s a share of its surface.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Ambient {
+    /// Its temperature θ_∞ in K.
+    pub temperature_k: f64,
+    /// Coefficient h of convection in W/(m² K).
+    pub convection_w_m2_k: f64,
+    /// Emissivity ε_r from 0 to 1.
+    pub emissivity: f64,
+    /// Share of each particle's surface 4π R² that sees it, from 0 to 1.
+    pub exposed: f64,
+}
+
+impl Settings {
+    /// Whether a field says what each particle is made of.
+    pub(super) fn reads_material(&self) -> bool {
+        self.enthalpy.as_ref().is_some_and(|enthalpy| enthalpy.materials.len() > 1)
+    }
+
+    /// Heat capacity of a particle m C, in J/K.
+    pub(super) fn capacity_j_k(&self, radius_m: f64) -> f64 {
+        mass_kg(self.density_kg_m3, radius_m) * self.heat_capacity_j_kg_k
+    }
+}
+
+/// Mass of a sphere m = ρ 4/3 π R³, in kg.
+pub(super) fn mass_kg(density_kg_m3: f64, radius_m: f64) -> f64 {
+    density_kg_m3 * 4.0 / 3.0 * PI * radius_m.powi(3)
 }

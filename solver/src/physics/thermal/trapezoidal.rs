@@ -14,7 +14,7 @@ pub(super) struct Advanced {
 ///
 /// θ(t+Δt) = θ(t) + Δt/(m C) \[ φ F(θ(t+Δt)) + (1 − φ) F(θ(t)) + H \]
 ///
-/// F is the heat flow through the contacts at the end and at the start, H the mean absorbed power of the window.
+/// F is the heat flow through the contacts at the end and at the start, H the mean power of the window.
 /// φ = ½ is second order in Δt, every other weight first; φ ≥ ½ is stable for every Δt.
 ///
 /// The monograph inserts the last iterate on the right, which contracts only while φ Δt ΣG/(m C) is small. Here each
@@ -27,14 +27,14 @@ pub(super) fn advance(
     capacities_j_k: &[f64],
     start_k: &[f64],
     [at_start, at_end]: [&Network; 2],
-    absorbed_w: Option<&[f64]>,
+    power_w: Option<&[f64]>,
     dt_s: f64,
 ) -> Advanced {
     let phi = settings.phi;
     let mut flow_w = vec![0.0; start_k.len()];
     let start_to_walls_w = at_start.heat_flow(start_k, &mut flow_w);
     let known_j: Vec<f64> = (0..start_k.len())
-        .map(|i| dt_s * ((1.0 - phi) * flow_w[i] + absorbed_w.map_or(0.0, |power_w| power_w[i])))
+        .map(|i| dt_s * ((1.0 - phi) * flow_w[i] + power_w.map_or(0.0, |power_w| power_w[i])))
         .collect();
 
     let mut iterate_k = start_k.to_vec();
@@ -65,7 +65,7 @@ pub(super) fn advance(
 /// Factor Λ on Δt that would have converged within the sweeps allowed (Zohdi 2018, eq. 6.50 with p = 1), in [0.1, 0.9].
 ///
 /// At K = K_d the change of the first sweep cancels from the equation.
-fn step_factor(settings: &Settings, change: f64) -> f64 {
+pub(super) fn step_factor(settings: &Settings, change: f64) -> f64 {
     let factor = (settings.tolerance / change).powf(1.0 / f64::from(settings.iterations));
     if factor.is_finite() { factor.clamp(0.1, 0.9) } else { 0.5 }
 }

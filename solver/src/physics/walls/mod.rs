@@ -44,13 +44,33 @@ pub struct Wall {
     pub material: Option<String>,
     /// Temperature in K; `None` is an insulated wall.
     pub temperature_k: Option<f64>,
+    /// What it is held at electrically.
+    pub electrode: Electrode,
+}
+
+/// What an electrified wall is held at; a wall with none of them is insulated. Which one counts is the current model's choice.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Electrode {
+    /// Potential in V.
+    pub potential_v: Option<f64>,
+    /// Current into the particles in A.
+    pub current_a: Option<f64>,
+    /// Current density in A/m².
+    pub current_density_a_m2: Option<f64>,
 }
 
 impl Wall {
     /// A wall at rest, of no material of its own.
     #[must_use]
     pub fn fixed(name: &str, shape: Shape, temperature_k: Option<f64>) -> Self {
-        Self { name: name.into(), shape, motion: Motion::Fixed, material: None, temperature_k }
+        Self {
+            name: name.into(),
+            shape,
+            motion: Motion::Fixed,
+            material: None,
+            temperature_k,
+            electrode: Electrode::default(),
+        }
     }
 
     /// Checks that its shape and motion are in their ranges.

@@ -58,6 +58,10 @@ fn every_key_of_the_reference_is_read_and_every_value_read_is_in_it() {
         ],
         &[("optics.path", "{ kind = \"fixed\", at = [0, 0, 0] }")],
         &[
+            ("thermal.phases", "{ melting-band = 3, boiling-band = 5, vapour = true }"),
+            ("thermal.ambient", "{ convection = 20, emissivity = 0.3, exposed = 0.5 }"),
+        ],
+        &[
             ("particles.contact", "{ law = \"linear\", spring = \"1e5 N/m\", restitution = 0.5 }"),
             ("particles.friction", "{ law = \"spring\", stiffness-ratio = 0.3, damping-ratio = 0.1 }"),
             ("particles.rolling", "{ rolling = 0.1, torsion = 0.1 }"),
@@ -67,6 +71,21 @@ fn every_key_of_the_reference_is_read_and_every_value_read_is_in_it() {
                  rolling = 0.1, torsion = 0.1 }",
             ),
             ("particles.overlap-bond", "{ stiffness = \"1e6 Pa\", strain = 0.02 }"),
+        ],
+        &[
+            ("materials.copper.electrical-conductivity", "\"58 MS/m\""),
+            ("walls.lid.potential", "0"),
+            ("walls.tool.current", "\"1 A\""),
+            (
+                "current",
+                "{ conductance = \"constriction\", by-temperature = { gain = -0.4, rate = 0.01, reference = 800 }, \
+                 by-field = { gain = 1, rate = 1e-4, reference = 1e4 }, starts = 0, ends = 1 }",
+            ),
+        ],
+        &[
+            ("materials.copper.electrical-conductivity", "1"),
+            ("walls.drum.current-density", "\"1e5 A/m^2\""),
+            ("current", "{ model = \"averaging\", heat-share = 0.5 }"),
         ],
         &[("particles.start", "{ kind = \"lattice\", sphere = \"1 mm\" }")],
         &[("particles.start", "{ kind = \"settle\", box = [2e-4, 2e-4, 2e-4], longest = 1 }")],

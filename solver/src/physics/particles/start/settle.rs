@@ -163,6 +163,8 @@ fn bed(settings: &Settings, bodies: &Bodies, loose: &[Vec3]) -> Settings {
             materials: bodies.materials.clone(),
         },
         reads_temperature: false,
+        reads_vapourised: false,
+        writes_material: false,
         bond: None,
         bonds: None,
         drag: None,
