@@ -21,6 +21,11 @@ class Thermal(Node):
                 "this example keeps the particles of its start, but [particles.pour.NAME] or [particles.domain] lets some "
                 "come or go: take them out of the scene, or use the built-in thermal physics"
             )
+        if self.settings["enthalpy"] is not None:
+            raise ValueError(
+                "this example knows one material of constant properties that stays solid: take phases, other materials, tables, "
+                "the ambient and other solvers out of the scene, or use the built-in thermal physics"
+            )
         # A wall without a temperature is insulated: NaN here.
         self.walls_k = np.array([wall["temperature_k"] for wall in self.settings["walls"]], dtype=float)
         self.reads = [Port("radii", "m", "particles")]

@@ -80,9 +80,9 @@ fn a_step_of_any_length_ends_at_the_ambient_and_no_lower() {
     let ambient = Ambient { temperature_k: 500.0, convection_w_m2_k: 20.0, emissivity: 0.7, exposed: 1.0 };
     for solver in SOLVERS {
         for windows in [1, 3] {
-            // A million times the time in which it cools.
+            // A million times the time in which it cools, of which φ = 1 leaves 1500 K/(1 + 1.2·10⁶) in one window.
             let end_k = cooled(&in_ambient(solver, 1.0, ambient), windows, 1e6);
-            assert!((end_k - 500.0).abs() < 1e-3, "{solver:?}: {end_k} K");
+            assert!((end_k - 500.0).abs() < 2e-3, "{solver:?}: {end_k} K");
         }
     }
 }
