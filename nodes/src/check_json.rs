@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 use stagger_solver::{
-    physics::{optics, particles, thermal},
+    physics::{optics, particles, substrate, thermal},
     scene::{Scene, Value},
 };
 
@@ -44,6 +44,9 @@ pub struct Physics<'a> {
     /// The laser.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub optics: Option<&'a optics::Settings>,
+    /// Stress in the solid under a wall.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub substrate: Option<&'a substrate::Settings>,
 }
 
 /// Looks at a scene. One that cannot run has its values all the same: a node that replaces another may be what it needs.
@@ -60,6 +63,7 @@ pub fn report(scene: &Scene) -> Report<'_> {
             particles: scene.particles.as_ref(),
             thermal: scene.thermal.as_ref(),
             optics: scene.optics.as_ref(),
+            substrate: scene.substrate.as_ref(),
         },
         problem: check(scene).err().map(|error| format!("the scene cannot run: {error}")),
     }

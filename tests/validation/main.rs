@@ -10,3 +10,4 @@ mod heat;
 mod light;
 mod settling;
 mod staggering;
+mod substrate;

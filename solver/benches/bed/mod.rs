@@ -34,6 +34,7 @@ pub fn settings(start: Start, width_m: f64, law: ContactLaw, friction: Option<Fr
         seed: 1,
         temperature_k: 300.0,
         reads_temperature: false,
+        substrate: None,
         contact: Contact {
             law,
             softening_rate: 0.0,

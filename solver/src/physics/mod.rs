@@ -4,6 +4,7 @@ mod checks;
 pub mod optics;
 pub mod particles;
 mod rows;
+pub mod substrate;
 pub mod thermal;
 pub mod walls;
 

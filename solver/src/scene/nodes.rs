@@ -16,6 +16,7 @@ static PHYSICS: Key = Key::new(
         ("particles", "the motion of [particles]"),
         ("thermal", "the temperatures of [thermal]"),
         ("optics", "the laser of [optics]"),
+        ("substrate", "the stress of [substrate]"),
     ]),
     "Built-in physics that runs under this name.",
 )

@@ -14,7 +14,7 @@ use super::{
 };
 use crate::physics::{
     Wall,
-    particles::{Group, Integrator, Pour, Settings, Start},
+    particles::{Group, Integrator, OnSubstrate, Pour, Settings, Start},
 };
 
 static TEMPERATURE_KEY: Key = Key::new(
@@ -234,7 +234,13 @@ impl<'d> Bodies<'d> {
     }
 
     /// Reads how the particles move.
-    pub fn settings(self, walls: &[Wall], seed: u64, thermal_runs: bool) -> Option<Settings> {
+    pub fn settings(
+        self,
+        walls: &[Wall],
+        seed: u64,
+        thermal_runs: bool,
+        substrate: Option<OnSubstrate>,
+    ) -> Option<Settings> {
         let Self { table, groups, used, start, pours, material, temperature_k, .. } = self;
         let table = table?;
         let mut materials = used.settings(|used| property(&table, used, "density", used.1.density_kg_m3));
@@ -275,6 +281,7 @@ impl<'d> Bodies<'d> {
             seed,
             temperature_k,
             reads_temperature: thermal_runs && contact.softening_rate > 0.0,
+            substrate,
             contact,
             friction,
             rolling,

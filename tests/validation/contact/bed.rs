@@ -31,6 +31,7 @@ pub fn settings(law: ContactLaw, density_kg_m3: f64, particles: &[Sphere]) -> Se
         seed: 1,
         temperature_k: 300.0,
         reads_temperature: false,
+        substrate: None,
         contact: Contact {
             law,
             softening_rate: 0.0,

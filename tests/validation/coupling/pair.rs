@@ -34,6 +34,7 @@ fn members(integrator: Integrator, phi: f64) -> BTreeMap<String, Box<dyn Partici
         seed: 0,
         temperature_k: START[4],
         reads_temperature: true,
+        substrate: None,
         contact: Contact {
             law: ContactLaw::Overlap { stiffness_pa: STIFFNESS, exponent: 2.0 },
             softening_rate: SOFTENING.0,

@@ -163,6 +163,7 @@ fn bed(settings: &Settings, bodies: &Bodies, loose: &[Vec3]) -> Settings {
             materials: bodies.materials.clone(),
         },
         reads_temperature: false,
+        substrate: None,
         bond: None,
         bonds: None,
         drag: None,
