@@ -46,7 +46,7 @@ fn what_others_press_in_is_under_a_particle_and_its_own_contact_is_not() {
     assert_eq!(reply.fields["wall_deflection"].support.revision, 4, "on the rows of the particles");
 }
 
-/// Two equal spheres beside each other on a plate; `more` goes into the scene.
+/// Two equal spheres beside each other, about where they rest on a plate that does not give way; `more` goes into the scene.
 fn scene(more: &str) -> Scene {
     let text = format!(
         r#"
@@ -69,7 +69,7 @@ dt = "50 us"
 tolerance = {{ positions = 1e-9 }}
 "#
     );
-    let read = |_: &str| Ok(b"x,y,z,radius\n0.00105,0,0.001,0.001\n-0.00105,0,0.001,0.001\n".to_vec());
+    let read = |_: &str| Ok(b"x,y,z,radius\n0.00105,0,0.00099967,0.001\n-0.00105,0,0.00099967,0.001\n".to_vec());
     Scene::parse_with_files(&text, "two", &[], &read).unwrap()
 }
 
@@ -103,7 +103,7 @@ fn two_spheres_at_rest_press_with_their_weight_and_sink_by_what_the_other_presse
 
 #[test]
 fn the_work_of_a_sinking_surface_is_booked() {
-    // Two spheres at rest within their spring on a plate that sinks evenly and comes back, by hand; nothing damps.
+    // Two spheres about at rest on a plate that sinks evenly and comes back, by hand; nothing damps.
     let scene = scene("deflection = true");
     let mut settings = scene.particles.unwrap();
     settings.contact.restitution = None;
