@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 use stagger_solver::{
-    physics::{current, optics, particles, thermal},
+    physics::{current, optics, particles, substrate, thermal},
     scene::{Scene, Value},
 };
 
@@ -47,6 +47,9 @@ pub struct Physics<'a> {
     /// The electrical current.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub current: Option<&'a current::Settings>,
+    /// Stress in the solid under a wall.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub substrate: Option<&'a substrate::Settings>,
 }
 
 /// Looks at a scene. One that cannot run has its values all the same: a node that replaces another may be what it needs.
@@ -64,6 +67,7 @@ pub fn report(scene: &Scene) -> Report<'_> {
             thermal: scene.thermal.as_ref(),
             optics: scene.optics.as_ref(),
             current: scene.current.as_ref(),
+            substrate: scene.substrate.as_ref(),
         },
         problem: check(scene).err().map(|error| format!("the scene cannot run: {error}")),
     }

@@ -38,6 +38,9 @@ fn settings(side: u32, integrator: Integrator) -> Settings {
         seed: 1,
         temperature_k: 300.0,
         reads_temperature: false,
+        reads_vapourised: false,
+        writes_material: false,
+        substrate: None,
         contact: Contact {
             law: ContactLaw::Hertz { young_pa: 1e9, poisson: 0.3 },
             softening_rate: 0.0,

@@ -54,7 +54,7 @@ fn with(verdict: &str, output: &Output) -> Vec<String> {
 
 #[test]
 fn every_node_we_ship_keeps_every_rule() {
-    for node in ["particles", "thermal", "optics", "current"] {
+    for node in ["particles", "thermal", "optics", "current", "substrate"] {
         let output = conformance(&["--json", "--node", node]).output().unwrap();
         assert_eq!(with("fail", &output), Vec::<String>::new(), "{node}: {}", String::from_utf8_lossy(&output.stdout));
         assert_eq!(with("not-applicable", &output), Vec::<String>::new(), "{node}");

@@ -28,6 +28,30 @@ fn processes_threads_and_verify_give_the_same_hash() {
 }
 
 #[test]
+fn a_substrate_that_only_reads_and_one_that_gives_way_have_the_same_bits_everywhere() {
+    let quick = std::fs::read_to_string(scenes().join("quick.toml")).unwrap();
+    for deflection in [false, true] {
+        let place = Workplace::of(&format!(
+            "{quick}\n[substrate]\nwall = \"plate\"\nyoung = \"1e10 Pa\"\ndeflection = {deflection}\nfar-field = \"grouped\"\n\
+             [substrate.grids.top]\nlower = [-1e-4, -1e-4, 0]\nupper = [1e-4, 1e-4, 0]\nspacing = \"10 um\"\n"
+        ));
+        let recorded = place.path("many.mcap");
+        let many = json(&place.run(&["--json", "--record", recorded.to_str().unwrap()]));
+        for arguments in [&["--in-process", "--threads", "1"][..], &["--threads", "2"]] {
+            let other = json(&place.run(&[arguments, &["--json", "--no-record"]].concat()));
+            assert_eq!(other["hash"], many["hash"], "{arguments:?}, deflection {deflection}");
+        }
+        let verified = json(&stagger().args(["verify", "--json"]).arg(&recorded).output().unwrap());
+        assert_eq!(verified["hash"], many["hash"], "deflection {deflection}");
+        let solves = many["nodes"]["substrate"]["solves"].as_u64().unwrap();
+        let accepted = many["steps"]["accepted"].as_u64().unwrap();
+        assert!(if deflection { solves > accepted } else { solves <= accepted }, "{solves} solves, {accepted} steps");
+        assert!(many["nodes"]["substrate"]["figures"]["largest von Mises stress [Pa]"].as_f64().unwrap() > 0.0);
+        place.wait_until_empty();
+    }
+}
+
+#[test]
 fn every_field_is_recorded_alike_in_one_process_and_in_many() {
     let place = Workplace::with("quick.toml");
     let fields = |name: &str, arguments: &[&str]| {

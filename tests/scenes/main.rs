@@ -176,6 +176,28 @@ fn electric_deposition(field: bool, ionised: bool, duration: &str, accepted: u64
     summary
 }
 
+#[test]
+fn stress_under_a_stream_is_localised_at_the_top_and_smeared_below() {
+    let summary = run(&Pinned {
+        scene: "substrate.toml",
+        counts: [106, 0, 212],
+        means: &[
+            ("von_mises_stress", 664.2902939618654),
+            ("pressure", 198.8455321293917),
+            ("wall_contact_force", -9.694835344544105e-7),
+        ],
+        imbalance: &[("particles", 5e-3)],
+    });
+    let figures = &summary["nodes"]["substrate"]["figures"];
+    let of = |grid: &str, what: &str| figures[format!("{grid}: {what} norm of σ' [Pa]")].as_f64().unwrap();
+    let largest = ["top", "a-25um", "b-100um", "c-400um"].map(|grid| of(grid, "largest"));
+    assert!(largest.is_sorted_by(|upper, lower| *upper > 2.0 * lower), "{largest:?}");
+    // Peaks over the mean: single contacts at the top, one smooth hill below.
+    let peaks = ["top", "a-25um", "b-100um", "c-400um"].map(|grid| of(grid, "largest") / of(grid, "mean"));
+    assert!(peaks.is_sorted_by(|upper, lower| *upper > *lower), "{peaks:?}");
+    assert!(figures["normal load [N]"].as_f64().unwrap() > 0.0);
+}
+
 fn rows(summary: &Value, field: &str) -> u64 {
     field_of(summary, field)["rows"].as_u64().unwrap()
 }

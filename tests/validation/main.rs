@@ -11,3 +11,4 @@ mod heat;
 mod light;
 mod settling;
 mod staggering;
+mod substrate;

@@ -8,6 +8,7 @@ mod linear;
 pub mod optics;
 pub mod particles;
 mod rows;
+pub mod substrate;
 pub mod thermal;
 pub mod walls;
 

@@ -25,6 +25,7 @@ mod problems;
 mod reader;
 mod recovery;
 mod start;
+mod substrate;
 mod thermal;
 mod tree;
 pub mod units;
@@ -47,6 +48,7 @@ use crate::{
         current::Settings as CurrentSettings,
         optics::Settings as OpticsSettings,
         particles::{Settings as ParticlesSettings, Start},
+        substrate::Settings as SubstrateSettings,
         thermal::Settings as ThermalSettings,
     },
 };
@@ -70,6 +72,8 @@ pub struct Scene {
     pub optics: Option<OpticsSettings>,
     /// The electrical current, where the scene names it.
     pub current: Option<CurrentSettings>,
+    /// Stress in the solid under a wall, where the scene names it.
+    pub substrate: Option<SubstrateSettings>,
     /// Nodes that are not simply a built-in physics, by name.
     pub nodes: BTreeMap<String, NodeSettings>,
     /// How the physics are coupled.
@@ -93,7 +97,7 @@ pub struct Scene {
 /// A node of the user's own, or a built-in physics under another name; exactly one of the two is there.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NodeSettings {
-    /// The built-in physics it runs: `particles`, `thermal`, `optics` or `current`.
+    /// The built-in physics it runs: `particles`, `thermal`, `optics`, `current` or `substrate`.
     pub physics: Option<String>,
     /// The program that runs instead, and its arguments.
     pub command: Option<Vec<String>>,
@@ -164,6 +168,8 @@ static THERMAL: Key = Key::new("thermal", Kind::Table(&thermal::SECTION), "Their
 static OPTICS: Key = Key::new("optics", Kind::Table(&optics::SECTION), "A laser.").or_from("does not run");
 static CURRENT: Key =
     Key::new("current", Kind::Table(&current::SECTION), "Electrical current.").or_from("does not run");
+static SUBSTRATE: Key = Key::new("substrate", Kind::Table(&substrate::SECTION), "Stress in the solid under a wall.")
+    .or_from("does not run");
 static NODES: Key = Key::new("nodes", Kind::Named(&nodes::SECTION), "Nodes of your own.").or_from("none");
 static COUPLING: Key = Key::new("coupling", Kind::Table(&coupling::SECTION), "How the physics are coupled.");
 static RECORD: Key = Key::new("record", Kind::Table(&nodes::RECORD), "The recording.").or_from("everything");
@@ -177,14 +183,19 @@ static ROOT: Section = Section {
     example: "",
     shorthand: None,
     keys: &[
-        &TITLE, &DURATION, &SEED, &MATERIALS, &PARTICLES, &WALLS, &THERMAL, &OPTICS, &CURRENT, &NODES, &COUPLING,
-        &RECORD, &RECOVERY,
+        &TITLE, &DURATION, &SEED, &MATERIALS, &PARTICLES, &WALLS, &THERMAL, &OPTICS, &CURRENT, &SUBSTRATE, &NODES,
+        &COUPLING, &RECORD, &RECOVERY,
     ],
 };
 
 /// Fields with a tolerance that the built-in physics write.
-const MEASURED: [(&str, &str); 4] =
-    [("particles", "positions"), ("thermal", "temperature"), ("optics", "absorbed_power"), ("current", "joule_power")];
+const MEASURED: [(&str, &str); 5] = [
+    ("particles", "positions"),
+    ("thermal", "temperature"),
+    ("optics", "absorbed_power"),
+    ("current", "joule_power"),
+    ("substrate", "wall_deflection"),
+];
 
 impl Scene {
     /// Reads a scene; `file` names it in messages, `overrides` are `--set key.path=value` in their order.
@@ -259,11 +270,13 @@ impl Scene {
         let thermal = root.optional_table(&THERMAL);
         let optics = root.optional_table(&OPTICS);
         let current = root.optional_table(&CURRENT);
+        let substrate = root.optional_table(&SUBSTRATE);
         let built_in: Vec<&str> = [
             ("particles", particles.is_some()),
             ("thermal", thermal.is_some()),
             ("optics", optics.is_some()),
             ("current", current.is_some()),
+            ("substrate", substrate.is_some()),
         ]
         .into_iter()
         .filter_map(|(name, runs)| runs.then_some(name))
@@ -282,17 +295,28 @@ impl Scene {
         let thermal = thermal.map(|table| thermal::read(table, &bodies, &walls, &runs));
         let optics = optics.and_then(|table| optics::read(table, &bodies));
         let current = current.map(|table| current::read(table, &bodies, &walls, runs("thermal")));
-        let particles = bodies.settings(&walls, seed, runs("thermal"), thermal.as_ref());
+        let substrate = substrate.and_then(|table| substrate::read(table, &walls, bodies.count));
+        let on_substrate = substrate.as_ref().map(substrate::under_particles);
+        let radius_m = bodies.radius_m;
+        let particles = bodies.settings(&walls, seed, runs("thermal"), thermal.as_ref(), on_substrate);
 
         let renamed =
             |name: &&str| nodes.values().any(|node| node.physics.as_deref() == Some(*name) && node.optics.is_none());
         let mut names: Vec<&str> = built_in.iter().copied().filter(|name| !renamed(name)).collect();
         names.extend(nodes.keys().map(String::as_str).filter(|name| !built_in.contains(name)));
+        // A surface that stays plane is not part of the iteration.
+        let measures =
+            |physics: &str| runs(physics) && (physics != "substrate" || on_substrate.is_some_and(|it| it.deflects));
         let measured: Vec<&str> =
-            MEASURED.into_iter().filter_map(|(physics, field)| runs(physics).then_some(field)).collect();
+            MEASURED.into_iter().filter_map(|(physics, field)| measures(physics).then_some(field)).collect();
         let own = nodes.values().any(|node| node.command.is_some());
         let names = coupling::Names { nodes: &names, fields: (!own).then_some(measured.as_slice()) };
-        let coupling = root.optional_table(&COUPLING).and_then(|table| coupling::read(table, &names));
+        let mut coupling = root.optional_table(&COUPLING).and_then(|table| coupling::read(table, &names));
+        if let Some(coupling) = coupling.as_mut().filter(|_| on_substrate.is_some_and(|it| it.deflects)) {
+            // A deflection that comes and goes with a single contact has no size to be measured by.
+            let absolute = &mut coupling.fields.entry("wall_deflection".into()).or_default().absolute;
+            absolute.get_or_insert(1e-9 * radius_m);
+        }
         let record = root.table(&RECORD).map(|table| {
             let record = nodes::record(&table);
             table.finish();
@@ -308,6 +332,7 @@ impl Scene {
             thermal,
             optics,
             current,
+            substrate,
             nodes,
             coupling: coupling?,
             record: record?,

@@ -17,6 +17,7 @@ static PHYSICS: Key = Key::new(
         ("thermal", "the temperatures of [thermal]"),
         ("optics", "the laser of [optics]"),
         ("current", "the electrical current of [current]"),
+        ("substrate", "the stress of [substrate]"),
     ]),
     "Built-in physics that runs under this name.",
 )

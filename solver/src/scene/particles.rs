@@ -14,7 +14,7 @@ use super::{
 };
 use crate::physics::{
     Wall,
-    particles::{Group, Integrator, Pour, Settings, Start},
+    particles::{Group, Integrator, OnSubstrate, Pour, Settings, Start},
     thermal::{Enthalpy, Settings as Heat},
 };
 
@@ -250,7 +250,14 @@ impl<'d> Bodies<'d> {
     }
 
     /// Reads how the particles move; `heat` are the settings of their temperature, where the built-in physics has some.
-    pub fn settings(self, walls: &[Wall], seed: u64, thermal_runs: bool, heat: Option<&Heat>) -> Option<Settings> {
+    pub fn settings(
+        self,
+        walls: &[Wall],
+        seed: u64,
+        thermal_runs: bool,
+        heat: Option<&Heat>,
+        substrate: Option<OnSubstrate>,
+    ) -> Option<Settings> {
         let heat = heat.and_then(|heat| heat.enthalpy.as_ref());
         let Self { table, groups, used, start, pours, material, temperature_k, .. } = self;
         let table = table?;
@@ -294,6 +301,7 @@ impl<'d> Bodies<'d> {
             reads_temperature: thermal_runs && contact.softening_rate > 0.0,
             reads_vapourised: heat.is_some_and(Enthalpy::changes_phase),
             writes_material: heat.is_some_and(|heat| heat.materials.len() > 1),
+            substrate,
             contact,
             friction,
             rolling,

@@ -102,7 +102,11 @@ impl Particles {
         }
         let springs = self.handed_over(&state.lists, &state.springs, &lists, |particle| places[particle as usize]);
         let moduli = reordered(&moduli, &order);
-        let rows = Rows { bodies, motion, moduli, lists, springs, bonds: state.bonds.clone() };
+        let mut sunk_m = Vec::new();
+        if self.sinking_wall().is_some() {
+            sunk_m = places_of(&order, kept.len(), |place| state.sunk_m[kept[place] as usize]);
+        }
+        let rows = Rows { bodies, motion, moduli, lists, springs, bonds: state.bonds.clone(), sunk_m };
         let renewed = self.state(rows, state.walls.clone(), register, window.t_s, Some(state))?;
         let sum = |stored: Vec<Energy>| stored.iter().map(|entry| entry.joule).sum::<f64>();
         let change_j = sum(self.stored(&renewed)?) - sum(self.stored(state)?);
@@ -157,6 +161,11 @@ impl Particles {
         };
         Moved::of(places.map(body), &self.gravity)
     }
+}
+
+/// Values of the first `kept` places of the list that `order` sorts, in its order; zero for those that are new.
+fn places_of(order: &[u32], kept: usize, value: impl Fn(usize) -> f64) -> Vec<f64> {
+    order.iter().map(|&place| if (place as usize) < kept { value(place as usize) } else { 0.0 }).collect()
 }
 
 /// The rank of each value among all.

@@ -127,6 +127,8 @@ pub(super) struct Snapshot<'a> {
     pub lists: &'a Lists,
     pub springs: &'a [Springs],
     pub poses: &'a [Pose],
+    /// How far the surface of the wall that gives way has sunk under each particle, in m; empty where none does.
+    pub sunk_m: &'a [f64],
 }
 
 /// The contacts of an instant, and the step that they and the bonds allow.
@@ -206,6 +208,7 @@ impl Particles {
     fn find_wall_contacts(&self, at: Snapshot<'_>) -> Vec<Found> {
         let mut found = Vec::new();
         let mut touches = Vec::new();
+        let sinking = self.sinking_wall();
         for (block, walls, springs) in at.lists.blocks(at.springs) {
             for encounter in &walls.encounters {
                 let i = (block.first + encounter.particle) as usize;
@@ -213,12 +216,9 @@ impl Particles {
                 let radius = at.bodies.radii[i];
                 let features = &walls.features[encounter.range()];
                 touches.clear();
-                self.surfaces[wall].touch(
-                    &at.poses[wall].to_wall(&at.motion.positions[i]),
-                    radius,
-                    features,
-                    &mut touches,
-                );
+                let sunk_m = if sinking == Some(wall) { at.sunk_m[i] } else { 0.0 };
+                let seen = self.seen_from(wall, &at.poses[wall], &at.motion.positions[i], sunk_m);
+                self.surfaces[wall].touch(&seen, radius, features, &mut touches);
                 for touch in &touches {
                     let overlap = radius - touch.distance;
                     let contact = self.law.wall(overlap, radius);

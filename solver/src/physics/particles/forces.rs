@@ -12,6 +12,7 @@ use super::{
     fields::NearList,
     kernel::{Bed, Body, Load, Place, Task},
     lists::Lists,
+    on_substrate::{Sinking, WallLoad},
     springs::Springs,
     state::{Advanced, Dissipation, Forces, Motion, State},
 };
@@ -20,10 +21,15 @@ use crate::{
     physics::walls::{Pose, Touch, WallState},
 };
 
-/// Frozen temperatures of the particles at the window's start and end, in K, in memory order.
+/// Frozen temperatures of the particles at the window's start and end, in K, in memory order; empty where they change
+/// nothing.
+#[derive(Default)]
 pub(super) struct Heat {
     pub start_k: Vec<f64>,
     pub end_k: Vec<f64>,
+    /// How far the surface of the wall that gives way has sunk under each at the window's end, in m, and the window's
+    /// length in s.
+    pub sunk_m: Option<(Vec<f64>, f64)>,
 }
 
 /// Evaluates forces; owns the scratch memory of one solve.
@@ -72,6 +78,7 @@ struct Memory {
 struct Scratch {
     loads: Vec<Load>,
     on_walls: Vec<Vec3>,
+    on_contacts: Vec<WallLoad>,
     touching: Vec<u32>,
     touches: Vec<Touch>,
     dissipation: Dissipation,
@@ -114,7 +121,7 @@ impl<'a> Evaluator<'a> {
             particles,
             state,
             heat,
-            alike: of.alike() && one(moduli) && heat.is_none(),
+            alike: of.alike() && one(moduli) && heat.is_none_or(|heat| heat.end_k.is_empty()),
             moduli: moduli.clone(),
             lists: Arc::clone(&state.lists),
             near: state.near.clone(),
@@ -250,8 +257,15 @@ impl<'a> Evaluator<'a> {
 
     /// Loads of every block on its own particles and its halo.
     fn blocks(&mut self, at: At<'_>) {
+        let sinking = self.particles.sinking_wall().map(|wall| Sinking {
+            wall,
+            start_m: &self.state.sunk_m,
+            end_m: self.heat.and_then(|heat| heat.sunk_m.as_ref()).map(|(end_m, window_s)| (&**end_m, *window_s)),
+            fraction: at.fraction,
+        });
         let bed = Bed {
             particles: self.particles,
+            sinking,
             places: &self.places,
             bodies: &self.bodies,
             materials: &self.state.bodies.materials,
@@ -264,14 +278,16 @@ impl<'a> Evaluator<'a> {
         self.scratch.resize_with(lists.pairs.blocks.len(), Scratch::default);
         let work = |(index, (scratch, springs)): (usize, (&mut Scratch, &mut Springs))| {
             let block = &lists.pairs.blocks[index];
-            let Scratch { loads, on_walls, touching, touches, dissipation } = scratch;
+            let Scratch { loads, on_walls, on_contacts, touching, touches, dissipation } = scratch;
+            on_contacts.clear();
             loads.clear();
             loads.resize(block.len() + block.halo.len(), Load::none());
             on_walls.clear();
             on_walls.resize(bed.poses.len(), Vec3::zeros());
             *dissipation = bed.fields(block.range(), loads);
             let walls = &lists.walls[index];
-            *dissipation += bed.contacts(Task { block, walls, springs, loads, on_walls, touching, touches });
+            *dissipation +=
+                bed.contacts(Task { block, walls, springs, loads, on_walls, on_contacts, touching, touches });
         };
         if self.places.len() > PARALLEL_PARTICLES {
             self.scratch.par_iter_mut().zip(&mut self.memory.springs).enumerate().for_each(work);
@@ -307,8 +323,12 @@ impl<'a> Evaluator<'a> {
         forces.dissipation = Dissipation::default();
         forces.on_walls.clear();
         forces.on_walls.resize(self.poses.len(), Vec3::zeros());
+        forces.on_contacts.clear();
+        let rows = &self.state.bodies.rows;
         for scratch in &self.scratch {
             forces.dissipation += scratch.dissipation;
+            let row = |load: &WallLoad| WallLoad { pair: [rows[load.pair[0] as usize], load.pair[1]], ..*load };
+            forces.on_contacts.extend(scratch.on_contacts.iter().map(row));
             for (sum, force) in forces.on_walls.iter_mut().zip(&scratch.on_walls) {
                 *sum += force;
             }

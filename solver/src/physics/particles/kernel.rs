@@ -7,6 +7,7 @@ use super::{
     blocks::Block,
     contact::{Law, Normal, Tangential},
     friction::{Frictionless, Regularised},
+    on_substrate::{Sinking, WallLoad},
     pair_kernel::PairKernel,
     settings::Friction,
     springs::Springs,
@@ -72,6 +73,8 @@ pub(super) struct Bed<'a> {
     pub materials: &'a [u16],
     /// Where the walls are.
     pub poses: &'a [Pose],
+    /// How far the surface of one of them has given way.
+    pub sinking: Option<Sinking<'a>>,
     /// Time in s.
     pub t_s: f64,
     /// Whether all particles have one radius, mass and modulus.
@@ -89,6 +92,8 @@ pub(super) struct Task<'a> {
     pub loads: &'a mut [Load],
     /// Forces on the walls, in N.
     pub on_walls: &'a mut [Vec3],
+    /// Loads of the contacts with walls, their particles by place in memory; filled where a substrate reads them.
+    pub on_contacts: &'a mut Vec<WallLoad>,
     /// Scratch: entries of the pairs that touch.
     pub touching: &'a mut Vec<u32>,
     /// Scratch: contacts of a particle with a wall.

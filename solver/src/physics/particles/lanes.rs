@@ -7,7 +7,7 @@ use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 use pulp::Simd;
 
 /// A number, or a few side by side.
-pub(super) trait Real:
+pub(in crate::physics) trait Real:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
     /// What comparisons give.
@@ -67,7 +67,7 @@ impl Real for f64 {
 
 /// As many numbers as a register holds.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Lanes<S: Simd> {
+pub(in crate::physics) struct Lanes<S: Simd> {
     pub simd: S,
     pub values: S::f64s,
 }
@@ -133,11 +133,11 @@ impl<S: Simd> Real for Lanes<S> {
 }
 
 /// The most lanes of any processor known.
-pub(super) const LANES: usize = 8;
+pub(in crate::physics) const LANES: usize = 8;
 
 /// A vector of three components.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Triple<R> {
+pub(in crate::physics) struct Triple<R> {
     pub x: R,
     pub y: R,
     pub z: R,

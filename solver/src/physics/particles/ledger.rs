@@ -76,7 +76,7 @@ impl Particles {
             let is = |wall: &Wall| wall.motion != Motion::Fixed && matches!(wall.motion, Motion::Pressed(_)) == pistons;
             self.settings.walls.iter().any(is)
         };
-        book(moving(false), Energy::gained("walls", -dissipated.walls));
+        book(moving(false) || self.sinking_wall().is_some(), Energy::gained("walls", -dissipated.walls));
         book(moving(true), Energy::gained("pressing", -dissipated.pistons));
         book(self.fields.near_field.is_some(), Energy::gained("near_field", -dissipated.near_field));
         let electromagnetic = self.settings.fields.electromagnetic.is_some() || self.settings.fields.magnetic.is_some();

@@ -15,14 +15,16 @@ mod drag;
 pub mod fields;
 mod forces;
 mod friction;
+mod frozen;
 mod hertz;
 mod kernel;
-mod lanes;
+pub(in crate::physics) mod lanes;
 mod ledger;
 mod linear;
 mod lists;
 mod monograph_bond;
 mod neighbours;
+mod on_substrate;
 mod overlap;
 mod pair_kernel;
 mod pair_table;
@@ -68,6 +70,7 @@ use self::{
     lists::Lists,
     monograph_bond::MonographBond,
     neighbours::NeighbourList,
+    on_substrate::WallLoadPorts,
     pair_table::PairTable,
     softening::Softening,
     springs::Springs,
@@ -79,7 +82,6 @@ use self::{
 use crate::{
     SolveError,
     coupling::{Frozen, Physics, Reply, Window},
-    physics::rows::by_ids,
     physics::walls::{Motion as WallMotion, Pose, Surface as WallSurface, WallState},
 };
 
@@ -125,6 +127,7 @@ pub struct Particles {
     material: Arc<Port>,
     contact_ports: ContactPorts,
     wall_contact_ports: ContactPorts,
+    wall_load_ports: WallLoadPorts,
 }
 
 impl Particles {
@@ -164,6 +167,7 @@ impl Particles {
             material: Arc::new(Port::u32("material", "particles", 1)),
             contact_ports: ContactPorts::new("contact", "contacts"),
             wall_contact_ports: ContactPorts::new("wall_contact", "wall-contacts"),
+            wall_load_ports: WallLoadPorts::new(),
             settings,
         };
         let state = particles.state_at_start()?;
@@ -220,7 +224,8 @@ impl Particles {
             let places = bodies.places_by_id();
             bonds = model.form(&self.spheres(&bodies, &motion, &places), near.pairs());
         }
-        let rows = Rows { bodies, motion, moduli, lists, springs, bonds };
+        let sunk_m = if self.sinking_wall().is_some() { vec![0.0; bodies.len()] } else { Vec::new() };
+        let rows = Rows { bodies, motion, moduli, lists, springs, bonds, sunk_m };
         self.state(rows, walls, register, 0.0, None)
     }
 
@@ -234,7 +239,7 @@ impl Particles {
         t_s: f64,
         before: Option<&State>,
     ) -> Result<State, SolveError> {
-        let Rows { bodies, motion, moduli, lists, springs, bonds } = rows;
+        let Rows { bodies, motion, moduli, lists, springs, bonds, sunk_m } = rows;
         let poses = self.poses(&walls, t_s);
         let at = Snapshot {
             bodies: &bodies,
@@ -243,6 +248,7 @@ impl Particles {
             lists: &lists,
             springs: &springs,
             poses: &poses,
+            sunk_m: &sunk_m,
         };
         let contacts = self.contacts(at, before, self.bond_rate_1_s(&bodies, &motion, &bonds))?;
         let mut state = State {
@@ -261,6 +267,7 @@ impl Particles {
             lead_s: before.map_or(0.0, |state| state.lead_s),
             bonds,
             walls,
+            sunk_m,
             register,
         };
         let mut forces = state.forces.clone();
@@ -335,33 +342,9 @@ impl Particles {
         if !self.settings.reads_temperature || self.softening.iter().all(|softening| softening.rate <= 0.0) {
             return Ok(None);
         }
-        let read = |field: &Field| {
-            let values = field.f64()?;
-            if let Some(row) = field.first_not_finite() {
-                let (node, field) = ("particles".into(), "temperature".into());
-                return Err(SolveError::NotFinite { node, field, row, value: values[row] });
-            }
-            let is_of = |state: &State| {
-                let support = &field.support;
-                (support.revision, support.count) == (state.register.revision, state.bodies.len() as u64)
-            };
-            if is_of(now) {
-                return Ok(now.bodies.in_memory(values));
-            }
-            if is_of(before) {
-                let ids = |state: &State| state.bodies.in_rows(&state.bodies.ids);
-                let values = by_ids(values, &ids(before), &ids(now), self.settings.temperature_k)?;
-                return Ok(now.bodies.in_memory(&values));
-            }
-            Err(SolveError::Mismatch(format!(
-                "particles: field `temperature` has {} values at revision {}, but there are {} particles at revision {}",
-                values.len(),
-                field.support.revision,
-                now.bodies.len(),
-                now.register.revision
-            )))
-        };
-        Ok(Some(Heat { start_k: read(frozen.at_start("temperature")?)?, end_k: read(frozen.at_end("temperature")?)? }))
+        let read = |field: &Field| self.frozen_values(field, before, now, self.settings.temperature_k);
+        let (start_k, end_k) = (read(frozen.at_start("temperature")?)?, read(frozen.at_end("temperature")?)?);
+        Ok(Some(Heat { start_k, end_k, sunk_m: None }))
     }
 
     /// Moduli at the share `fraction` of the window, the temperature running linearly.
@@ -383,6 +366,7 @@ impl Particles {
         let Advanced { motion, walls, forces, moduli, lists, near, springs, mut bonds, dissipated, .. } = advanced;
         let bodies = Arc::clone(&from.bodies);
         let poses = self.poses(&walls, t_s);
+        let sunk_m = heat.and_then(|heat| heat.sunk_m.as_ref()).map_or(&from.sunk_m, |(end_m, _)| end_m).clone();
         let at = Snapshot {
             bodies: &bodies,
             motion: &motion,
@@ -390,6 +374,7 @@ impl Particles {
             lists: &lists,
             springs: &springs,
             poses: &poses,
+            sunk_m: &sunk_m,
         };
         if let Some(model) = &self.bonds {
             model.sinter(&mut bonds, &self.spheres(&bodies, &motion, &[]), lists.pairs.pairs());
@@ -411,6 +396,7 @@ impl Particles {
             lead_s: advanced.substep_s,
             bonds,
             walls,
+            sunk_m,
             register: from.register.clone(),
         };
         let softening = match heat {
@@ -449,6 +435,7 @@ impl Particles {
         Ok(State {
             forces: state.forces.reordered(&order),
             moduli: bodies::reordered(&state.moduli, &order),
+            sunk_m: if state.sunk_m.is_empty() { Vec::new() } else { bodies::reordered(&state.sunk_m, &order) },
             bodies: Arc::new(bodies),
             motion,
             lists: Arc::new(lists),
@@ -480,6 +467,11 @@ impl Particles {
         for field in motion.into_iter().chain(self.identities(state)?).chain(lists.cloned()) {
             fields.insert(field.name().into(), field);
         }
+        if self.settings.substrate.is_some() {
+            for field in self.wall_load_fields(state)? {
+                fields.insert(field.name().into(), field);
+            }
+        }
         let figures = self.pressed(state);
         let mut reply = Reply { fields, figures, ledger: self.stored(state)?, ..Reply::default() };
         let deepest = state.contacts.deepest.max(state.wall_contacts.deepest);
@@ -496,6 +488,8 @@ struct Rows {
     lists: Lists,
     springs: Vec<Springs>,
     bonds: Bonds,
+    /// As in [`State`].
+    sunk_m: Vec<f64>,
 }
 
 /// Softening of the modulus of a material.
@@ -524,12 +518,15 @@ impl Physics for Particles {
         let written = [&self.positions, &self.velocities, &self.radii].into_iter();
         let lists = self.contact_ports.all().into_iter().chain(self.wall_contact_ports.all());
         let ids = self.come_and_go().then_some(&self.ids);
+        let loads = self.settings.substrate.map(|_| self.wall_load_ports.written()).into_iter().flatten();
         let material = self.settings.writes_material.then_some(&self.material);
-        let temperature = self.settings.reads_temperature.then(|| (*self.temperature).clone());
+        let heat = self.settings.reads_temperature.then(|| (*self.temperature).clone());
+        let sunk = self.sinking_wall().map(|_| (*self.wall_load_ports.deflection).clone());
         let vapourised = self.settings.reads_vapourised.then(|| Port::u8("vapourised", "particles", 1));
+        let written = written.chain(lists).chain(loads).chain(ids).chain(material);
         Ports {
-            reads: temperature.into_iter().chain(vapourised).collect(),
-            writes: written.chain(lists).chain(ids).chain(material).map(|port| (**port).clone()).collect(),
+            reads: heat.into_iter().chain(sunk).chain(vapourised).collect(),
+            writes: written.map(|port| (**port).clone()).collect(),
         }
     }
 
@@ -546,7 +543,11 @@ impl Physics for Particles {
         let (renewed, booked) = self.renewed(state, frozen, window)?.unzip();
         let before = state;
         let state = renewed.as_ref().unwrap_or(state);
-        let heat = self.heat(frozen, before, state)?;
+        let mut heat = self.heat(frozen, before, state)?;
+        if self.sinking_wall().is_some() {
+            let sunk_m = self.frozen_values(frozen.at_end("wall_deflection")?, before, state, 0.0)?;
+            heat.get_or_insert_default().sunk_m = Some((sunk_m, window.dt_s));
+        }
         let heat = heat.as_ref();
         let solved = match self.settings.integrator {
             Integrator::Verlet { .. } => verlet::solve(self, state, heat, window)?,

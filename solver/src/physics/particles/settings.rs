@@ -3,6 +3,15 @@ use serde::Serialize;
 use super::{Domain, Pour, settings_bonds::BondSettings, settings_fields::FieldForces};
 use crate::physics::Wall;
 
+/// A substrate under a wall: the particles write the forces on the walls for it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct OnSubstrate {
+    /// Index of the wall in the scene; a plane at rest.
+    pub wall: usize,
+    /// True where the substrate writes `wall_deflection`, by which the wall then gives way under each particle.
+    pub deflects: bool,
+}
+
 /// Everything the particle dynamics of a scene depends on. SI units.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Settings {
@@ -22,6 +31,8 @@ pub struct Settings {
     pub reads_vapourised: bool,
     /// True where `material` is written, the place of each particle's material in [`Self::materials`]: somebody reads it.
     pub writes_material: bool,
+    /// What a substrate under a wall asks of the particles; `None` where there is none.
+    pub substrate: Option<OnSubstrate>,
     /// Contact between particles, and between particles and walls.
     pub contact: Contact,
     /// Tangential force at contacts; `None` is frictionless.

@@ -9,6 +9,7 @@ use super::{
     contact_list::ContactList,
     fields::NearList,
     lists::Lists,
+    on_substrate::WallLoad,
     springs::Springs,
 };
 use crate::{SolveError, coupling::NotConverged, physics::walls::WallState};
@@ -35,6 +36,8 @@ pub struct State {
     pub(super) bonds: Bonds,
     /// How far pressed walls have moved, by wall.
     pub(super) walls: Vec<WallState>,
+    /// How far the surface of the wall that gives way has sunk under each particle, in m; empty where none does.
+    pub(super) sunk_m: Vec<f64>,
     /// Who has come and gone.
     pub(super) register: Register,
     /// Contacts between particles.
@@ -114,6 +117,8 @@ pub(super) struct Forces {
     pub moment: Vec<Vec3>,
     /// Forces of the particles on the walls, in N.
     pub on_walls: Vec<Vec3>,
+    /// Loads of the contacts with walls, where a substrate reads them; their particles by row.
+    pub on_contacts: Vec<WallLoad>,
     /// Power lost, in W.
     pub dissipation: Dissipation,
     /// Step Δt in s that friction was evaluated with.
@@ -127,6 +132,7 @@ impl Forces {
             force: reordered(&self.force, order),
             moment: reordered(&self.moment, order),
             on_walls: self.on_walls.clone(),
+            on_contacts: self.on_contacts.clone(),
             ..*self
         }
     }
@@ -137,6 +143,7 @@ impl Forces {
             force: vec![Vec3::zeros(); count],
             moment: vec![Vec3::zeros(); count],
             on_walls: Vec::new(),
+            on_contacts: Vec::new(),
             dissipation: Dissipation::default(),
             step_s: 0.0,
         }

@@ -6,14 +6,15 @@ use super::{
     contact::{Meeting, Normal, Tangential},
     kernel::{Bed, Task},
     lanes::Triple,
+    on_substrate::WallLoad,
     state::Dissipation,
 };
 
 impl Bed<'_> {
     /// Adds the loads by the walls, and those on them.
     pub fn walls<N: Normal, T: Tangential>(self, law: N, tangential: T, task: &mut Task<'_>) -> Dissipation {
-        let Self { particles, places, bodies, materials, poses, step_s, .. } = self;
-        let Task { block, walls, springs, loads, on_walls, touches, .. } = task;
+        let Self { particles, places, bodies, materials, poses, sinking, step_s, .. } = self;
+        let Task { block, walls, springs, loads, on_walls, on_contacts, touches, .. } = task;
         let surface = &particles.surface;
         let mut lost = Dissipation::default();
         for encounter in &walls.encounters {
@@ -22,9 +23,11 @@ impl Bed<'_> {
             let wall = encounter.wall as usize;
             let (here, body) = (&places[i], &bodies[i]);
             let pose = &poses[wall];
+            let (sunk_m, sinking_m_s) = sinking.map_or((0.0, 0.0), |sinking| sinking.under(i, wall));
             touches.clear();
             let features = &walls.features[encounter.range()];
-            particles.surfaces[wall].touch(&pose.to_wall(&here.position), here.radius, features, touches);
+            let seen = particles.seen_from(wall, pose, &here.position, sunk_m);
+            particles.surfaces[wall].touch(&seen, here.radius, features, touches);
             if T::REMEMBERS {
                 springs.note_walls(encounter.range(), touches.iter().map(|touch| touch.entry as usize));
             }
@@ -32,7 +35,8 @@ impl Bed<'_> {
                 let entry = encounter.features.start as usize + touch.entry as usize;
                 let normal = pose.to_world_direction(&touch.normal);
                 let overlap = here.radius - touch.distance;
-                let velocity = pose.velocity_at(&(here.position - normal * touch.distance));
+                let touched = here.position - normal * touch.distance;
+                let velocity = pose.velocity_at(&touched);
                 let meeting = Meeting {
                     normal: Triple::from(-normal),
                     overlap,
@@ -62,6 +66,16 @@ impl Bed<'_> {
                     load.moment += Vec3::from(response.couple) * here.radius + Vec3::from(response.resistance);
                 }
                 on_walls[wall] -= force;
+                if particles.settings.substrate.is_some() {
+                    on_contacts.push(WallLoad { pair: [i as u32, encounter.wall], force: -force, position: touched });
+                }
+                if sinking_m_s != 0.0 {
+                    // A sinking surface works on what is stored. Damping does not feel its rate: that grows as windows get
+                    // shorter, and the iteration with the substrate would not contract.
+                    let opening = meeting.velocity.dot(meeting.normal);
+                    let damping_n = if opening == 0.0 { 0.0 } else { response.damping_w / opening };
+                    lost.walls += (force.dot(&normal) + damping_n) * sinking_m_s;
+                }
                 if !particles.is_piston(wall) {
                     lost.walls -= force.dot(&velocity);
                 }

@@ -16,6 +16,7 @@ fn reference_path(path: &str) -> String {
         ["coupling", "fields", _, rest @ ..] => format!("coupling.fields.NAME.{}", rest.join(".")),
         ["particles", "pour", _, "radius", rest @ ..] => format!("particles.radius.{}", rest.join(".")),
         ["particles", "pour", _, rest @ ..] => format!("particles.pour.NAME.{}", rest.join(".")),
+        ["substrate", "grids", _, rest @ ..] => format!("substrate.grids.NAME.{}", rest.join(".")),
         ["coupling", "every", ..] => "coupling.every".into(),
         [named @ ("walls" | "materials" | "nodes"), _, rest @ ..] => {
             std::iter::once(*named).chain(["NAME"]).chain(rest.iter().copied()).collect::<Vec<_>>().join(".")
@@ -33,7 +34,11 @@ fn every_key_of_the_reference_is_read_and_every_value_read_is_in_it() {
     let pour = "{ a = { disc = { centre = [0, 0, 1], radius = 1 }, mass-rate = 1, material = \"copper\", \
                 from = 1, until = 2, limit = 1, seed = 1 }, \
                 b = { box = { lower = [0, 0, 0], upper = [1, 1, 1] }, rate = 1, radius = \"1 um\" } }";
+    let substrate = "{ wall = \"base\", poisson = 0.2, young = 1e9, deflection = true, points = [[0, 0, -1]], \
+                     far-field = { method = \"grouped\", tolerance = 0.1 }, \
+                     grids = { top = { lower = [0, 0, -1], upper = [1, 1, -1], spacing = \"1 mm\" } } }";
     let others: &[&[(&str, &str)]] = &[
+        &[("walls.base", "{ plane = { normal = [0, 0, 1] } }"), ("substrate", substrate)],
         &[],
         &[("particles.pour", pour), ("particles.domain", "{ lower = [0, 0, 0], upper = [1, 1, 1] }")],
         &[
