@@ -2,15 +2,14 @@
 
 use super::program::{Workplace, json, stagger};
 
-/// Ten microseconds of the laser on quick.toml boil a particle; the particles do not feel how hot they are, so that it is the
-/// vapour that changes their number.
+/// quick.toml with a laser that boils a third of the particles.
 const BOILING: [&str; 10] = [
     "--set",
     "thermal.phases={}",
     "--set",
     "thermal.ambient={ convection = 20, emissivity = 0.3 }",
     "--set",
-    "optics.power=\"400 W\"",
+    "optics.power=\"1500 W\"",
     "--set",
     "recovery.checkpoint=7",
     "--set",
@@ -29,7 +28,7 @@ fn vapour_leaves_and_every_way_of_running_agrees() {
         fields.iter().find(|entry| entry["field"] == field).unwrap()["rows"].as_u64().unwrap()
     };
     let left = rows("positions");
-    assert!(left < 90, "{left} of 100 particles are left");
+    assert!(left < 80, "{left} of 100 particles are left");
     assert_eq!((rows("temperature"), rows("melted"), rows("vapourised")), (left, left, left));
     let lost = &whole["ledger"]["thermal"]["lost"];
     // 7.8 MJ/kg of some 5e-10 kg each, above 300 K, and at least as much.
@@ -58,13 +57,14 @@ fn vapour_leaves_and_every_way_of_running_agrees() {
 }
 
 #[test]
-fn jacobi_order_and_a_slow_thermal_node_let_vapour_leave_too() {
+fn jacobi_order_and_quasi_newton_let_vapour_leave_too() {
     let place = Workplace::with("quick.toml");
-    for set in ["coupling.order=\"jacobi\"", "coupling.every.thermal=2"] {
+    for set in ["coupling.order=\"jacobi\"", "coupling.acceleration=iqn-ils"] {
         let arguments = [&BOILING[..], &["--json", "--no-record", "--in-process", "--set", set]].concat();
         let summary = json(&place.run(&arguments));
         let lost_j = summary["ledger"]["thermal"]["lost"]["vapour"].as_f64().unwrap();
         let open = summary["imbalance"]["thermal"].as_f64().unwrap().abs();
-        assert!(lost_j > 0.0 && open < 1e-12, "{set}: {lost_j} J of vapour, {open:e} open");
+        // A third of a hundred particles, with some 4 mJ each.
+        assert!(lost_j > 0.1 && open < 1e-12, "{set}: {lost_j} J of vapour, {open:e} open");
     }
 }

@@ -292,7 +292,7 @@ impl Scene {
             built_in.contains(&name) || by_command || (name == "optics" && second_laser)
         };
 
-        let thermal = thermal.map(|table| thermal::read(table, &bodies, &walls, &runs));
+        let thermal = thermal.map(|table| thermal::read(table, &bodies, &walls, runs));
         let optics = optics.and_then(|table| optics::read(table, &bodies));
         let current = current.map(|table| current::read(table, &bodies, &walls, runs("thermal")));
         let substrate = substrate.and_then(|table| substrate::read(table, &walls, bodies.count));
