@@ -191,7 +191,7 @@ fn stress_under_a_stream_is_localised_at_the_top_and_smeared_below() {
     let figures = &summary["nodes"]["substrate"]["figures"];
     let of = |grid: &str, what: &str| figures[format!("{grid}: {what} norm of σ' [Pa]")].as_f64().unwrap();
     let largest = ["top", "a-25um", "b-100um", "c-400um"].map(|grid| of(grid, "largest"));
-    assert!(largest.is_sorted_by(|upper, lower| *upper > 2.0 * lower), "{largest:?}");
+    assert!(largest.is_sorted_by(|upper, lower| *upper > 1.5 * lower), "{largest:?}");
     // Peaks over the mean: single contacts at the top, one smooth hill below.
     let peaks = ["top", "a-25um", "b-100um", "c-400um"].map(|grid| of(grid, "largest") / of(grid, "mean"));
     assert!(peaks.is_sorted_by(|upper, lower| *upper > *lower), "{peaks:?}");
