@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 use stagger_solver::{
-    physics::{current, optics, particles, substrate, thermal},
+    physics::{acoustics, current, optics, particles, substrate, thermal},
     scene::{Scene, Value},
 };
 
@@ -50,6 +50,9 @@ pub struct Physics<'a> {
     /// Stress in the solid under a wall.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub substrate: Option<&'a substrate::Settings>,
+    /// The sound.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub acoustics: Option<&'a acoustics::Settings>,
 }
 
 /// Looks at a scene. One that cannot run has its values all the same: a node that replaces another may be what it needs.
@@ -68,6 +71,7 @@ pub fn report(scene: &Scene) -> Report<'_> {
             optics: scene.optics.as_ref(),
             current: scene.current.as_ref(),
             substrate: scene.substrate.as_ref(),
+            acoustics: scene.acoustics.as_ref(),
         },
         problem: check(scene).err().map(|error| format!("the scene cannot run: {error}")),
     }

@@ -5,7 +5,10 @@ use std::collections::BTreeMap;
 use stagger_solver::{
     SolveError,
     coupling::{Local, Participant},
-    physics::{current::Current, optics::Optics, particles::Particles, substrate::Substrate, thermal::Thermal},
+    physics::{
+        acoustics::Acoustics, current::Current, optics::Optics, particles::Particles, substrate::Substrate,
+        thermal::Thermal,
+    },
     scene::Scene,
 };
 
@@ -22,7 +25,7 @@ pub enum Runs {
 #[derive(Debug, thiserror::Error)]
 pub enum RosterError {
     /// A kind of physics that is not built in.
-    #[error("there is no physics `{0}`: expected particles, thermal, optics, current or substrate")]
+    #[error("there is no physics `{0}`: expected particles, thermal, optics, current, substrate or acoustics")]
     Kind(String),
     /// A physics whose table is not in the scene.
     #[error("node `{node}` runs the physics `{kind}`, but the scene has no [{kind}] table to set it up")]
@@ -52,6 +55,7 @@ pub fn roster(scene: &Scene) -> BTreeMap<String, Runs> {
         ("optics", scene.optics.is_some()),
         ("current", scene.current.is_some()),
         ("substrate", scene.substrate.is_some()),
+        ("acoustics", scene.acoustics.is_some()),
     ];
     // One with settings of its own runs beside its namesake, not instead of it.
     let renamed = |kind: &str| {
@@ -101,6 +105,10 @@ pub fn participant(scene: &Scene, node: &str, kind: &str) -> Result<Box<dyn Part
         }
         "substrate" => {
             let physics = Substrate::new(scene.substrate.clone().ok_or_else(no_table)?).map_err(settings)?;
+            Box::new(Local::new(node, physics))
+        }
+        "acoustics" => {
+            let physics = Acoustics::new(scene.acoustics.clone().ok_or_else(no_table)?).map_err(settings)?;
             Box::new(Local::new(node, physics))
         }
         other => return Err(RosterError::Kind(other.into())),

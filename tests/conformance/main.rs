@@ -54,8 +54,21 @@ fn with(verdict: &str, output: &Output) -> Vec<String> {
 
 #[test]
 fn every_node_we_ship_keeps_every_rule() {
-    for node in ["particles", "thermal", "optics", "current", "substrate"] {
-        let output = conformance(&["--json", "--node", node]).output().unwrap();
+    let rays = ["--set", "optics.fidelity=rays", "--set", "optics.refractive-index=3"];
+    let sound =
+        "acoustics={ intensity = 100, radius = 2e-4, sound-speed = 4500, path = { kind = \"fixed\", at = [0, 0, 0] } }";
+    let sound = ["--set", sound];
+    for (node, set) in [
+        ("particles", &[][..]),
+        ("thermal", &[]),
+        ("optics", &[]),
+        ("optics", &rays),
+        ("current", &[]),
+        ("substrate", &[]),
+        ("acoustics", &sound),
+        ("particles", &sound),
+    ] {
+        let output = conformance(&[&["--json", "--node", node], set].concat()).output().unwrap();
         assert_eq!(with("fail", &output), Vec::<String>::new(), "{node}: {}", String::from_utf8_lossy(&output.stdout));
         assert_eq!(with("not-applicable", &output), Vec::<String>::new(), "{node}");
         assert_eq!(with("pass", &output).len(), 25, "{node}");

@@ -6,9 +6,20 @@ use super::program::{Workplace, json, said, scenes, stagger};
 
 #[test]
 fn processes_threads_and_verify_give_the_same_hash() {
+    same_hash(&[]);
+}
+
+#[test]
+fn rays_of_light_and_of_sound_give_the_same_hash() {
+    let sound =
+        "acoustics={ intensity = 100, radius = 2e-4, sound-speed = 4500, path = { kind = \"fixed\", at = [0, 0, 0] } }";
+    same_hash(&["--set", "optics.fidelity=rays", "--set", "optics.refractive-index=3", "--set", sound]);
+}
+
+fn same_hash(set: &[&str]) {
     let place = Workplace::with("quick.toml");
     let recorded = place.path("many.mcap");
-    let many = json(&place.run(&["--json", "--record", recorded.to_str().unwrap()]));
+    let many = json(&place.run(&[&["--json", "--record", recorded.to_str().unwrap()], set].concat()));
     let hash = many["hash"].as_str().unwrap();
     for arguments in [
         &["--in-process", "--threads", "1"][..],
@@ -16,7 +27,7 @@ fn processes_threads_and_verify_give_the_same_hash() {
         &["--threads", "1"],
         &["--threads", "2"],
     ] {
-        let other = json(&place.run(&[arguments, &["--json", "--no-record"]].concat()));
+        let other = json(&place.run(&[arguments, &["--json", "--no-record"], set].concat()));
         assert_eq!(other["hash"].as_str().unwrap(), hash, "{arguments:?}");
         assert_eq!(other["steps"], many["steps"], "{arguments:?}");
         assert_eq!(other["ledger"], many["ledger"], "{arguments:?}");

@@ -1,6 +1,8 @@
 //! Absorption of a laser beam (Zohdi 2018, ch. 5.10, 6.3.1): shares in closed form, shadowing, power that is neither
 //! made nor lost, beams that move and pulse, and results that do not depend on threads or axes.
 
+mod rays;
+
 use std::{f64::consts::PI, sync::Arc};
 
 use nalgebra::{Rotation3, Vector3};
@@ -27,6 +29,11 @@ fn beam(profile: Profile) -> Beam {
     }
 }
 
+/// Settings without walls, for particles that neither come nor go.
+fn settings(count: usize, model: Model, beam: &Beam) -> Settings {
+    Settings { count, model, beam: beam.clone(), walls: Vec::new(), reads_ids: false }
+}
+
 type Spheres = [(Vector3<f64>, f64)];
 
 fn fields(optics: &Optics, spheres: &Spheres) -> Fields {
@@ -43,7 +50,7 @@ fn fields(optics: &Optics, spheres: &Spheres) -> Fields {
 
 /// Solves consecutive windows of equal length over spheres at rest; returns every reply.
 fn run(model: Model, beam: &Beam, spheres: &Spheres, t_s: f64, dt_s: f64, windows: u32) -> Vec<Reply> {
-    let optics = Optics::new(Settings { count: spheres.len(), model, beam: beam.clone() }).unwrap();
+    let optics = Optics::new(settings(spheres.len(), model, beam)).unwrap();
     let frozen = Frozen { start: fields(&optics, spheres), end: fields(&optics, spheres) };
     let (mut state, _) = optics.initial().unwrap();
     let mut replies = Vec::new();
@@ -368,7 +375,7 @@ fn an_oblique_beam_sees_what_an_upright_one_sees_of_the_turned_scene() {
 #[test]
 fn bad_fields_and_settings_are_refused() {
     let profile = Profile::TopHat { radius_m: 1.0 };
-    let good = Settings { count: 1, model: Model::EnergyBalance, beam: beam(profile) };
+    let good = settings(1, Model::EnergyBalance, &beam(profile));
     let with = |beam: Beam| Optics::new(Settings { beam, ..good.clone() });
     let fast = Path::Sweep { from_m: [0.0; 3], to_m: [1.0; 3], speed_m_s: 0.0 };
     for bad in [
@@ -408,7 +415,7 @@ fn particles_that_come_or_go_leave_the_balance_closed_and_take_the_share_at_the_
     let two: [(Vector3<f64>, f64); 2] = [(Vector3::new(-0.5, 0.0, 0.0), 0.4), (Vector3::new(0.5, 0.0, 0.0), 0.3)];
     let three = [two[1], (Vector3::new(-0.2, 0.3, 0.0), 0.2), (Vector3::new(0.0, -0.5, 0.0), 0.3)];
     let beam = beam(Profile::TopHat { radius_m: 1.0 });
-    let optics = Optics::new(Settings { count: 2, model, beam: beam.clone() }).unwrap();
+    let optics = Optics::new(settings(2, model, &beam)).unwrap();
     let on = |spheres: &Spheres, revision: u64| {
         let fields = fields(&optics, spheres).into_values();
         let revised = fields.map(|field| Field::new(&field.port, revision, field.values().clone()).unwrap());

@@ -10,5 +10,6 @@ mod current;
 mod heat;
 mod light;
 mod settling;
+mod sound;
 mod staggering;
 mod substrate;

@@ -185,7 +185,7 @@ pub(super) struct RunArguments {
 
 #[derive(Debug, Args)]
 pub(super) struct NodeArguments {
-    /// The physics: particles, thermal, optics, current, substrate
+    /// The physics: particles, thermal, optics, current, substrate, acoustics
     pub(super) kind: String,
     /// Its name in the run; by default that of the physics
     #[arg(long)]

@@ -1,5 +1,7 @@
 //! The physics of a scene, each a pure [`Physics`](crate::coupling::Physics).
 
+pub mod acoustics;
+pub mod beam;
 mod checks;
 mod conductance;
 mod contacts;
@@ -7,6 +9,7 @@ pub mod current;
 mod linear;
 pub mod optics;
 pub mod particles;
+pub mod rays;
 mod rows;
 pub mod substrate;
 pub mod thermal;

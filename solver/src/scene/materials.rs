@@ -40,6 +40,10 @@ pub(super) struct Material {
     pub absorption_1_m: Option<f64>,
     /// Electrical conductivity, in S/m.
     pub electrical_conductivity_s_m: Option<f64>,
+    /// Refractive index n of light.
+    pub refractive_index: Option<f64>,
+    /// Extinction k of light.
+    pub extinction: Option<f64>,
 }
 
 pub(super) static DENSITY_KEY: Key =
@@ -80,6 +84,13 @@ pub(super) static ELECTRICAL_CONDUCTIVITY_KEY: Key = Key::new(
 )
 .or_from("the built-in material's");
 
+pub(super) static REFRACTIVE_INDEX_KEY: Key =
+    Key::new("refractive-index", Kind::Number(&NUMBER, Range::POSITIVE), "Refractive index n of light.")
+        .or_from("none is known");
+pub(super) static EXTINCTION_KEY: Key =
+    Key::new("extinction", Kind::Number(&NUMBER, Range::NOT_NEGATIVE), "Extinction k of light; 0 is a dielectric.")
+        .or_from("none is known");
+
 pub(super) static SECTION: Section = Section {
     path: "materials.NAME",
     doc: "A material of your own, or other values for a built-in one (`316L`, `Ti-6Al-4V`, `AlSi10Mg`). \
@@ -98,6 +109,8 @@ pub(super) static SECTION: Section = Section {
         &YOUNG_KEY,
         &POISSON_KEY,
         &ABSORPTION_KEY,
+        &REFRACTIVE_INDEX_KEY,
+        &EXTINCTION_KEY,
         &ELECTRICAL_CONDUCTIVITY_KEY,
     ],
 };
@@ -127,6 +140,7 @@ pub(super) fn built_in() -> BTreeMap<String, Material> {
         poisson: Some(poisson),
         absorption_1_m: Some(absorption),
         electrical_conductivity_s_m: Some(electrical),
+        ..Material::default()
     };
     BTreeMap::from([
         // Density: K. C. Mills, Recommended Values of Thermophysical Properties for Selected Commercial Alloys
@@ -171,6 +185,8 @@ pub(super) fn read(root: &Table<'_>, key: &'static Key) -> BTreeMap<String, Mate
             poisson: own(&POISSON_KEY, base.poisson),
             absorption_1_m: own(&ABSORPTION_KEY, base.absorption_1_m),
             electrical_conductivity_s_m: own(&ELECTRICAL_CONDUCTIVITY_KEY, base.electrical_conductivity_s_m),
+            refractive_index: own(&REFRACTIVE_INDEX_KEY, base.refractive_index),
+            extinction: own(&EXTINCTION_KEY, base.extinction),
         };
         if let (Some(solidus_k), Some(liquidus_k)) = (material.solidus_k, material.liquidus_k)
             && liquidus_k < solidus_k
@@ -215,6 +231,8 @@ pub(super) fn choose(
             poisson: unknown,
             absorption_1_m: unknown,
             electrical_conductivity_s_m: unknown,
+            refractive_index: unknown,
+            extinction: unknown,
         }
     });
     (name, material)

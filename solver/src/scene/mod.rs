@@ -5,6 +5,7 @@
 //! `docs/scene.md` and `docs/scene.schema.json` are made.
 
 mod acceleration;
+mod acoustics;
 mod bonds;
 mod contact;
 mod coupling;
@@ -22,6 +23,7 @@ mod particle_file;
 mod particles;
 mod pour;
 mod problems;
+mod rays;
 mod reader;
 mod recovery;
 mod start;
@@ -45,6 +47,7 @@ use crate::{
     coupling::Settings as CouplingSettings,
     physics::{
         Wall,
+        acoustics::Settings as AcousticsSettings,
         current::Settings as CurrentSettings,
         optics::Settings as OpticsSettings,
         particles::{Settings as ParticlesSettings, Start},
@@ -74,6 +77,8 @@ pub struct Scene {
     pub current: Option<CurrentSettings>,
     /// Stress in the solid under a wall, where the scene names it.
     pub substrate: Option<SubstrateSettings>,
+    /// The sound, where the scene names it.
+    pub acoustics: Option<AcousticsSettings>,
     /// Nodes that are not simply a built-in physics, by name.
     pub nodes: BTreeMap<String, NodeSettings>,
     /// How the physics are coupled.
@@ -97,7 +102,7 @@ pub struct Scene {
 /// A node of the user's own, or a built-in physics under another name; exactly one of the two is there.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NodeSettings {
-    /// The built-in physics it runs: `particles`, `thermal`, `optics`, `current` or `substrate`.
+    /// The built-in physics it runs: `particles`, `thermal`, `optics`, `current`, `substrate` or `acoustics`.
     pub physics: Option<String>,
     /// The program that runs instead, and its arguments.
     pub command: Option<Vec<String>>,
@@ -170,6 +175,7 @@ static CURRENT: Key =
     Key::new("current", Kind::Table(&current::SECTION), "Electrical current.").or_from("does not run");
 static SUBSTRATE: Key = Key::new("substrate", Kind::Table(&substrate::SECTION), "Stress in the solid under a wall.")
     .or_from("does not run");
+static ACOUSTICS: Key = Key::new("acoustics", Kind::Table(&acoustics::SECTION), "Sound.").or_from("does not run");
 static NODES: Key = Key::new("nodes", Kind::Named(&nodes::SECTION), "Nodes of your own.").or_from("none");
 static COUPLING: Key = Key::new("coupling", Kind::Table(&coupling::SECTION), "How the physics are coupled.");
 static RECORD: Key = Key::new("record", Kind::Table(&nodes::RECORD), "The recording.").or_from("everything");
@@ -183,18 +189,19 @@ static ROOT: Section = Section {
     example: "",
     shorthand: None,
     keys: &[
-        &TITLE, &DURATION, &SEED, &MATERIALS, &PARTICLES, &WALLS, &THERMAL, &OPTICS, &CURRENT, &SUBSTRATE, &NODES,
-        &COUPLING, &RECORD, &RECOVERY,
+        &TITLE, &DURATION, &SEED, &MATERIALS, &PARTICLES, &WALLS, &THERMAL, &OPTICS, &CURRENT, &SUBSTRATE, &ACOUSTICS,
+        &NODES, &COUPLING, &RECORD, &RECOVERY,
     ],
 };
 
 /// Fields with a tolerance that the built-in physics write.
-const MEASURED: [(&str, &str); 5] = [
+const MEASURED: [(&str, &str); 6] = [
     ("particles", "positions"),
     ("thermal", "temperature"),
     ("optics", "absorbed_power"),
     ("current", "joule_power"),
     ("substrate", "wall_deflection"),
+    ("acoustics", "acoustic_force"),
 ];
 
 impl Scene {
@@ -271,12 +278,14 @@ impl Scene {
         let optics = root.optional_table(&OPTICS);
         let current = root.optional_table(&CURRENT);
         let substrate = root.optional_table(&SUBSTRATE);
+        let acoustics = root.optional_table(&ACOUSTICS);
         let built_in: Vec<&str> = [
             ("particles", particles.is_some()),
             ("thermal", thermal.is_some()),
             ("optics", optics.is_some()),
             ("current", current.is_some()),
             ("substrate", substrate.is_some()),
+            ("acoustics", acoustics.is_some()),
         ]
         .into_iter()
         .filter_map(|(name, runs)| runs.then_some(name))
@@ -284,7 +293,7 @@ impl Scene {
         let mut bodies = particles::Bodies::read(particles, &materials, &walls, seed);
         // Vapour leaves.
         bodies.come_and_go |= thermal.as_ref().is_some_and(thermal::changes_phase);
-        let nodes = nodes::read(root, &NODES, &bodies, |physics| built_in.contains(&physics));
+        let nodes = nodes::read(root, &NODES, (&bodies, &walls, seed), |physics| built_in.contains(&physics));
         let second_laser = nodes.values().any(|node| node.optics.is_some());
         // A program under the name of a built-in physics writes what that one would.
         let runs = |name: &str| {
@@ -293,12 +302,16 @@ impl Scene {
         };
 
         let thermal = thermal.map(|table| thermal::read(table, &bodies, &walls, runs));
-        let optics = optics.and_then(|table| optics::read(table, &bodies));
+        let optics = optics.and_then(|table| optics::read(table, &bodies, &walls, seed));
         let current = current.map(|table| current::read(table, &bodies, &walls, runs("thermal")));
+        let acoustics = acoustics.and_then(|table| acoustics::read(table, &bodies, &walls, seed));
         let substrate = substrate.and_then(|table| substrate::read(table, &walls, bodies.count));
         let on_substrate = substrate.as_ref().map(substrate::under_particles);
         let radius_m = bodies.radius_m;
-        let particles = bodies.settings(&walls, seed, runs("thermal"), thermal.as_ref(), on_substrate);
+        let mut particles = bodies.settings(&walls, seed, runs("thermal"), thermal.as_ref(), on_substrate);
+        if let Some(particles) = &mut particles {
+            particles.fields.reads_acoustic_force = runs("acoustics");
+        }
 
         let renamed =
             |name: &&str| nodes.values().any(|node| node.physics.as_deref() == Some(*name) && node.optics.is_none());
@@ -333,6 +346,7 @@ impl Scene {
             optics,
             current,
             substrate,
+            acoustics,
             nodes,
             coupling: coupling?,
             record: record?,

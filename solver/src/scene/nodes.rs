@@ -9,6 +9,7 @@ use super::{
     particles::Bodies,
     reader::Table,
 };
+use crate::physics::Wall;
 
 static PHYSICS: Key = Key::new(
     "physics",
@@ -18,6 +19,7 @@ static PHYSICS: Key = Key::new(
         ("optics", "the laser of [optics]"),
         ("current", "the electrical current of [current]"),
         ("substrate", "the stress of [substrate]"),
+        ("acoustics", "the sound of [acoustics]"),
     ]),
     "Built-in physics that runs under this name.",
 )
@@ -69,7 +71,7 @@ pub(super) static RECORD: Section = Section {
 pub(super) fn read(
     root: &Table<'_>,
     key: &'static Key,
-    bodies: &Bodies<'_>,
+    (bodies, walls, seed): (&Bodies<'_>, &[Wall], u64),
     runs: impl Fn(&str) -> bool,
 ) -> BTreeMap<String, NodeSettings> {
     let mut nodes: BTreeMap<String, NodeSettings> = BTreeMap::new();
@@ -91,7 +93,7 @@ pub(super) fn read(
                 table.reject(&PHYSICS, format!("[{name}] runs under this name"));
             }
             if own {
-                optics = table.optional_table(&OPTICS).and_then(|table| optics::read(table, bodies));
+                optics = table.optional_table(&OPTICS).and_then(|table| optics::read(table, bodies, walls, seed));
             } else if !runs(physics) {
                 table.reject(&PHYSICS, format!("this scene has no [{physics}]"));
             }

@@ -3,10 +3,15 @@
 use super::{
     key::{Key, Kind, Range, Section},
     particles::Bodies,
+    rays,
     reader::Table,
     units::{LENGTH, NUMBER, PER_LENGTH, POWER, SPEED, TIME},
 };
-use crate::physics::optics::{Beam, Model, Path, Profile, Pulses, Settings};
+use crate::physics::{
+    Wall,
+    optics::{Beam, Model, Path, Profile, Pulses, Settings, Surface},
+    rays::RefractiveIndex,
+};
 
 static FIDELITY: Key = Key::new(
     "fidelity",
@@ -17,6 +22,7 @@ static FIDELITY: Key = Key::new(
             "absorbed along lines through the bed, each particle shading those behind it; conserves energy",
         ),
         ("beer-lambert-monograph", "H = a I V with the irradiance at the particle's centre (eqs. 6.38, 6.42)"),
+        ("rays", "rays that particles reflect and absorb by Fresnel's equations (ch. 10); conserves energy"),
     ]),
     "How absorption is computed.",
 )
@@ -36,6 +42,37 @@ static SPACING: Key = Key::new(
     "Distance between the lines that sample the beam. Used by beer-lambert only.",
 )
 .or_from("a quarter of the mean radius");
+static INDEX: Key = Key::new(
+    "refractive-index",
+    Kind::Number(&NUMBER, Range::POSITIVE),
+    "Refractive index n of the particles over that of the gas. Used by rays only, as are the next five.",
+)
+.or_from("the material's");
+static EXTINCTION: Key = Key::new(
+    "extinction",
+    Kind::Number(&NUMBER, Range::NOT_NEGATIVE),
+    "Extinction k of the particles, for the complex index n + i k of a metal.",
+)
+.or_from("the material's, or 0");
+static MOLTEN_INDEX: Key = Key::new(
+    "molten-refractive-index",
+    Kind::Number(&NUMBER, Range::POSITIVE),
+    "Refractive index n of molten particles; the liquid share that thermal writes is then read.",
+)
+.or_from("as solid");
+static MOLTEN_EXTINCTION: Key = Key::new(
+    "molten-extinction",
+    Kind::Number(&NUMBER, Range::NOT_NEGATIVE),
+    "Extinction k of molten particles, where they have an index of their own.",
+)
+.or("0");
+static PERMEABILITY: Key = Key::new(
+    "permeability",
+    Kind::Number(&NUMBER, Range::POSITIVE),
+    "Magnetic permeability μ̂ of the particles over that of the gas.",
+)
+.or("1");
+static RAYS: Key = Key::new("rays", Kind::Table(&rays::SECTION), "Rays that sample the beam.").or_from("1000 rays");
 static PROFILE: Key = Key::new("profile", Kind::Table(&PROFILE_SECTION), "Irradiance over the beam's cross-section.");
 static DIRECTION: Key =
     Key::new("direction", Kind::Vector(&NUMBER), "Direction of the light; of any length but zero.").or("[0, 0, -1]");
@@ -51,7 +88,24 @@ pub(super) static SECTION: Section = Section {
     doc: "A laser beam and its absorption.",
     example: "[optics]",
     shorthand: None,
-    keys: &[&FIDELITY, &POWER_KEY, &ABSORPTION, &SPACING, &PROFILE, &DIRECTION, &PATH, &STARTS, &ENDS, &PULSES],
+    keys: &[
+        &FIDELITY,
+        &POWER_KEY,
+        &ABSORPTION,
+        &SPACING,
+        &INDEX,
+        &EXTINCTION,
+        &MOLTEN_INDEX,
+        &MOLTEN_EXTINCTION,
+        &PERMEABILITY,
+        &RAYS,
+        &PROFILE,
+        &DIRECTION,
+        &PATH,
+        &STARTS,
+        &ENDS,
+        &PULSES,
+    ],
 };
 
 static PROFILE_KIND: Key = Key::new(
@@ -89,7 +143,7 @@ static FROM: Key = Key::new("from", Kind::Vector(&LENGTH), "Where it starts.").w
 static TO: Key = Key::new("to", Kind::Vector(&LENGTH), "Where it turns.").when("kind", &["sweep"]);
 static SPEED_KEY: Key =
     Key::new("speed", Kind::Number(&SPEED, Range::POSITIVE), "Speed of the sweep.").when("kind", &["sweep"]);
-static PATH_SECTION: Section = Section {
+pub(super) static PATH_SECTION: Section = Section {
     path: "optics.path",
     doc: "Path of the beam's axis.",
     example: "{ kind = \"sweep\", from = [\"-0.4 mm\", 0, 0], to = [\"0.4 mm\", 0, 0], speed = \"0.5 m/s\" }",
@@ -100,7 +154,7 @@ static PATH_SECTION: Section = Section {
 static PERIOD: Key =
     Key::new("period", Kind::Number(&TIME, Range::POSITIVE), "Time from the start of one pulse to that of the next.");
 static ON: Key = Key::new("on", Kind::Number(&TIME, Range::POSITIVE), "Length of a pulse; at most the period.");
-static PULSES_SECTION: Section = Section {
+pub(super) static PULSES_SECTION: Section = Section {
     path: "optics.pulses",
     doc: "A train of pulses from the beam's start.",
     example: "{ period = \"100 us\", on = \"20 us\" }",
@@ -109,39 +163,61 @@ static PULSES_SECTION: Section = Section {
 };
 
 /// Reads the settings of the laser.
-pub(super) fn read(table: Table<'_>, bodies: &Bodies<'_>) -> Option<Settings> {
-    let model = model(&table, bodies);
+pub(super) fn read(table: Table<'_>, bodies: &Bodies<'_>, walls: &[Wall], seed: u64) -> Option<Settings> {
+    let model = model(&table, bodies, seed);
     let profile = profile(&table);
-    let path = path(&table);
-    let (starts_s, ends_s) = (table.number(&STARTS), table.optional_number(&ENDS).unwrap_or(f64::INFINITY));
-    if ends_s <= starts_s {
-        table.reject(&ENDS, format!("expected a time after the beam starts, {starts_s:e} s"));
-    }
+    let path = path(&table, &PATH);
+    let (starts_s, ends_s) = switched(&table, &STARTS, &ENDS);
     let power_w = table.number(&POWER_KEY);
     let direction = table.direction(&DIRECTION);
-    let pulses = table.optional_table(&PULSES).map(|pulses| {
+    let pulses = pulses(&table, &PULSES);
+    table.finish();
+    let beam = Beam { power_w, profile: profile?, direction, path: path?, starts_s, ends_s, pulses };
+    let (count, walls, reads_ids) = (bodies.count, rays::normals(walls), bodies.come_and_go);
+    Some(Settings { count, model: model?, beam, walls, reads_ids })
+}
+
+/// When a beam is switched on and off, in s.
+pub(super) fn switched(table: &Table<'_>, starts: &'static Key, ends: &'static Key) -> (f64, f64) {
+    let (starts_s, ends_s) = (table.number(starts), table.optional_number(ends).unwrap_or(f64::INFINITY));
+    if ends_s <= starts_s {
+        table.reject(ends, format!("expected a time after the beam starts, {starts_s:e} s"));
+    }
+    (starts_s, ends_s)
+}
+
+/// The pulses of a beam.
+pub(super) fn pulses(table: &Table<'_>, key: &'static Key) -> Option<Pulses> {
+    table.optional_table(key).map(|pulses| {
         let train = Pulses { period_s: pulses.number(&PERIOD), on_s: pulses.number(&ON) };
         if train.on_s > train.period_s {
             pulses.reject(&ON, format!("expected at most the period, {:e} s", train.period_s));
         }
         pulses.finish();
         train
-    });
-    table.finish();
-    let beam = Beam { power_w, profile: profile?, direction, path: path?, starts_s, ends_s, pulses };
-    Some(Settings { count: bodies.count, model, beam })
+    })
 }
 
-fn model(table: &Table<'_>, bodies: &Bodies<'_>) -> Model {
-    match table.choice(&FIDELITY) {
-        "energy-balance" => {
-            // They may stay in the scene, so that only the fidelity changes between two runs.
-            table.optional_number(&ABSORPTION);
-            table.optional_number(&SPACING);
-            Model::EnergyBalance
+fn model(table: &Table<'_>, bodies: &Bodies<'_>, seed: u64) -> Option<Model> {
+    let fidelity = table.choice(&FIDELITY);
+    // What another fidelity uses may stay in the scene, so that only the fidelity changes between two runs.
+    if !fidelity.starts_with("beer-lambert") {
+        table.optional_number(&ABSORPTION);
+    }
+    if fidelity != "beer-lambert" {
+        table.optional_number(&SPACING);
+    }
+    if fidelity != "rays" {
+        for key in [&INDEX, &EXTINCTION, &MOLTEN_INDEX, &MOLTEN_EXTINCTION, &PERMEABILITY] {
+            table.optional_number(key);
         }
+        if table.is_given(&RAYS) {
+            rays::read(table, &RAYS, seed);
+        }
+    }
+    Some(match fidelity {
+        "energy-balance" => Model::EnergyBalance,
         "beer-lambert-monograph" => {
-            table.optional_number(&SPACING);
             let absorption_1_m = table.optional_number(&ABSORPTION).unwrap_or(f64::NAN);
             if !table.is_given(&ABSORPTION) {
                 let bound = 0.75 / bodies.radius_m;
@@ -154,12 +230,28 @@ fn model(table: &Table<'_>, bodies: &Bodies<'_>) -> Model {
             }
             Model::BeerLambertMonograph { absorption_1_m }
         }
+        "rays" => Model::Rays { sampling: rays::read(table, &RAYS, seed)?, surface: surface(table, bodies) },
         _ => Model::BeerLambert {
             absorption_1_m: table
                 .number_or(&ABSORPTION, || bodies.property("absorption", bodies.material.1.absorption_1_m)),
             spacing_m: table.number_or(&SPACING, || bodies.radius_m / 4.0),
         },
+    })
+}
+
+fn surface(table: &Table<'_>, bodies: &Bodies<'_>) -> Surface {
+    let material = &bodies.material.1;
+    let solid = RefractiveIndex {
+        real: table.number_or(&INDEX, || bodies.property("refractive-index", material.refractive_index)),
+        extinction: table.number_or(&EXTINCTION, || material.extinction.unwrap_or(0.0)),
+    };
+    let extinction = table.number(&MOLTEN_EXTINCTION);
+    let molten = table.optional_number(&MOLTEN_INDEX).map(|real| RefractiveIndex { real, extinction });
+    if molten.is_none() && table.is_given(&MOLTEN_EXTINCTION) {
+        let hint = Some(format!("add {}, or leave this out", MOLTEN_INDEX.name));
+        table.reject_with(&MOLTEN_EXTINCTION, "molten particles have no index of their own", hint);
     }
+    Surface { solid, molten, permeability: table.number(&PERMEABILITY) }
 }
 
 fn profile(optics: &Table<'_>) -> Option<Profile> {
@@ -173,8 +265,9 @@ fn profile(optics: &Table<'_>) -> Option<Profile> {
     Some(profile)
 }
 
-fn path(optics: &Table<'_>) -> Option<Path> {
-    let table = optics.optional_table(&PATH)?;
+/// The path of a beam's axis.
+pub(super) fn path(beam: &Table<'_>, key: &'static Key) -> Option<Path> {
+    let table = beam.optional_table(key)?;
     let path = match table.optional_choice(&PATH_KIND)? {
         "fixed" => Path::Fixed { at_m: table.vector(&AT) },
         _ => {

@@ -227,8 +227,10 @@ impl<'d> Bodies<'d> {
         let Some(table) = &self.table else { return value.unwrap_or(f64::NAN) };
         if self.used.list.len() > 1 {
             let names: Vec<_> = self.used.list.iter().map(|(name, _)| name.as_str()).collect();
-            let message =
-                format!("the particles are of {}, but [optics] and [current] take one material", names.join(", "));
+            let message = format!(
+                "the particles are of {}, but [optics], [current] and [acoustics] take one material",
+                names.join(", ")
+            );
             table.reject(&MATERIAL, message);
         }
         property(table, &self.material, name, value)

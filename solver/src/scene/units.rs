@@ -57,6 +57,8 @@ pub const MASS: Quantity = quantity("mass", "kg", "1 kg", [0, 1, 0, 0]);
 pub const FORCE: Quantity = quantity("force", "N", "1 N", [1, 1, -2, 0]);
 /// A damping: a force per speed.
 pub const DAMPING: Quantity = quantity("damping", "N s/m", "10 N s/m", [0, 1, -1, 0]);
+/// A power per area.
+pub const INTENSITY: Quantity = quantity("intensity", "W/m^2", "1e5 W/m^2", [0, 1, -3, 0]);
 /// An absolute temperature.
 pub const TEMPERATURE: Quantity = quantity("temperature", "K", "320 K", [0, 0, 0, 1]);
 /// A power.
@@ -160,7 +162,7 @@ const NAMED: &[Quantity] = &[
     FREQUENCY,
     DAMPING,
     quantity("energy", "J", "1 J", [2, 1, -2, 0]),
-    quantity("irradiance", "W/m^2", "1e5 W/m^2", [0, 1, -3, 0]),
+    INTENSITY,
 ];
 
 impl Quantity {
@@ -485,7 +487,7 @@ mod tests {
             assert_eq!(parsed.value.to_bits(), value.to_bits(), "{text}: {}", parsed.value);
             assert_eq!(parsed.dimension, quantity.dimension, "{text}");
         }
-        assert_eq!(parse("1e5 W/m^2").unwrap().dimension.describe(), "an irradiance");
+        assert_eq!(parse("1e5 W/m^2").unwrap().dimension.describe(), "an intensity");
         assert_eq!(parse("1 m^2 K").unwrap().dimension.describe(), "in m^2 K");
     }
 

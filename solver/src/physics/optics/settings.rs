@@ -1,5 +1,8 @@
 use serde::Serialize;
 
+pub use crate::physics::beam::{Beam, Path, Profile, Pulses};
+use crate::physics::rays::{RefractiveIndex, Sampling};
+
 /// Everything the absorption of the laser depends on. SI units.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Settings {
@@ -9,6 +12,11 @@ pub struct Settings {
     pub model: Model,
     /// The laser beam.
     pub beam: Beam,
+    /// Unit normals of the planes among the walls, at rest: a ray that leaves the particles against one that faces the beam
+    /// has met that wall.
+    pub walls: Vec<[f64; 3]>,
+    /// Whether particles come and go, so that a field may belong to those of another instant.
+    pub reads_ids: bool,
 }
 
 /// How absorption is computed, cheapest first.
@@ -30,73 +38,22 @@ pub enum Model {
         /// Absorption coefficient a, in 1/m.
         absorption_1_m: f64,
     },
+    /// Rays that the particles reflect and absorb (ch. 10).
+    Rays {
+        /// The rays.
+        sampling: Sampling,
+        /// What a particle reflects.
+        surface: Surface,
+    },
 }
 
-/// A laser beam: parallel light along `direction`, switched on from `starts_s` to `ends_s`.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Beam {
-    /// Power while on, in W.
-    pub power_w: f64,
-    /// Profile over the cross-section; its integral is the power.
-    pub profile: Profile,
-    /// Unit vector the light travels along.
-    pub direction: [f64; 3],
-    /// Where the beam's axis passes.
-    pub path: Path,
-    /// When it is switched on, in s.
-    pub starts_s: f64,
-    /// When it is switched off, in s; infinity is never.
-    pub ends_s: f64,
-    /// Pulses: on for `on_s` at the start of each `period_s`; `None` is continuous.
-    pub pulses: Option<Pulses>,
-}
-
-/// A train of pulses from the beam's start.
+/// What particles reflect of the light that meets them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Pulses {
-    /// Time from one pulse's start to the next's, in s.
-    pub period_s: f64,
-    /// Length of a pulse, in s; at most the period.
-    pub on_s: f64,
-}
-
-/// Irradiance over the beam's cross-section as a function of the distance d from its axis.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Profile {
-    /// Constant within the radius.
-    TopHat {
-        /// Radius in m.
-        radius_m: f64,
-    },
-    /// I(0) e^{−2 d²/w²}: w is where the irradiance falls to 1/e².
-    Gaussian {
-        /// Radius w in m.
-        radius_m: f64,
-    },
-    /// I(0) e^{−b d} (eq. 6.43).
-    Exponential {
-        /// Decay b in 1/m; positive.
-        decay_1_m: f64,
-    },
-}
-
-/// Path of the beam's axis.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Path {
-    /// Stays at a point.
-    Fixed {
-        /// The point, in m.
-        at_m: [f64; 3],
-    },
-    /// Runs from one point to another and back again, from the beam's start on.
-    Sweep {
-        /// Where it starts, in m.
-        from_m: [f64; 3],
-        /// Where it turns, in m.
-        to_m: [f64; 3],
-        /// Speed in m/s; positive.
-        speed_m_s: f64,
-    },
+pub struct Surface {
+    /// Refractive index of solid particles over that of the gas.
+    pub solid: RefractiveIndex,
+    /// That of molten ones; the particles' `melted` is then read. `None` is as solid.
+    pub molten: Option<RefractiveIndex>,
+    /// Magnetic permeability μ̂ over that of the gas; positive.
+    pub permeability: f64,
 }

@@ -6,6 +6,7 @@ use rand_chacha::{ChaCha8Rng, rand_core::SeedableRng};
 use super::{
     Particles, Settings, Start, State, Vec3,
     forces::{At, Evaluator},
+    outside::Outside,
     start::uniform,
     state::Forces,
 };
@@ -62,7 +63,7 @@ fn evaluate(
 ) -> Forces {
     let mut forces = state.forces.clone();
     let at = At { positions, velocities, spins, turning: spins, walls: &state.walls, t_s: 0.0, fraction: 0.0, step_s };
-    Evaluator::new(particles, state, None).evaluate(at, &mut forces).unwrap();
+    Evaluator::new(particles, state, &Outside::default()).evaluate(at, &mut forces).unwrap();
     forces
 }
 

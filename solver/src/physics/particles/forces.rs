@@ -13,6 +13,7 @@ use super::{
     kernel::{Bed, Body, Load, Place, Task},
     lists::Lists,
     on_substrate::{Sinking, WallLoad},
+    outside::Outside,
     springs::Springs,
     state::{Advanced, Dissipation, Forces, Motion, State},
 };
@@ -21,22 +22,11 @@ use crate::{
     physics::walls::{Pose, Touch, WallState},
 };
 
-/// Frozen temperatures of the particles at the window's start and end, in K, in memory order; empty where they change
-/// nothing.
-#[derive(Default)]
-pub(super) struct Heat {
-    pub start_k: Vec<f64>,
-    pub end_k: Vec<f64>,
-    /// How far the surface of the wall that gives way has sunk under each at the window's end, in m, and the window's
-    /// length in s.
-    pub sunk_m: Option<(Vec<f64>, f64)>,
-}
-
 /// Evaluates forces; owns the scratch memory of one solve.
 pub(super) struct Evaluator<'a> {
     particles: &'a Particles,
     state: &'a State,
-    heat: Option<&'a Heat>,
+    outside: &'a Outside,
     /// Whether the particles have one radius, mass and modulus.
     alike: bool,
     /// Moduli at the last evaluation.
@@ -103,8 +93,8 @@ pub(super) struct At<'a> {
 }
 
 impl<'a> Evaluator<'a> {
-    /// Starts from what `state` holds; without `heat` its moduli stay.
-    pub fn new(particles: &'a Particles, state: &'a State, heat: Option<&'a Heat>) -> Self {
+    /// Starts from what `state` holds; without heat from outside its moduli stay.
+    pub fn new(particles: &'a Particles, state: &'a State, outside: &'a Outside) -> Self {
         let State { bodies: of, motion, moduli, .. } = state;
         let bodies = (of.masses.iter().zip(moduli)).map(|(&mass, &modulus)| Body {
             velocity: Vec3::zeros(),
@@ -120,8 +110,8 @@ impl<'a> Evaluator<'a> {
         Self {
             particles,
             state,
-            heat,
-            alike: of.alike() && one(moduli) && heat.is_none_or(|heat| heat.end_k.is_empty()),
+            outside,
+            alike: of.alike() && one(moduli) && outside.heat.is_none(),
             moduli: moduli.clone(),
             lists: Arc::clone(&state.lists),
             near: state.near.clone(),
@@ -199,7 +189,7 @@ impl<'a> Evaluator<'a> {
     pub fn evaluate(&mut self, at: At<'_>, forces: &mut Forces) -> Result<(), SolveError> {
         self.evaluations += 1;
         self.refresh(at.positions, at.walls, at.t_s)?;
-        if let Some(heat) = self.heat {
+        if let Some(heat) = &self.outside.heat {
             self.particles.soften(heat, &self.state.bodies.materials, at.fraction, &mut self.moduli);
         }
         self.pack(at);
@@ -207,6 +197,7 @@ impl<'a> Evaluator<'a> {
         self.gather(forces);
         self.near_field(at, forces);
         self.bonds(at, forces);
+        self.push(at, forces);
         forces.step_s = at.step_s;
         Ok(())
     }
@@ -260,7 +251,7 @@ impl<'a> Evaluator<'a> {
         let sinking = self.particles.sinking_wall().map(|wall| Sinking {
             wall,
             start_m: &self.state.sunk_m,
-            end_m: self.heat.and_then(|heat| heat.sunk_m.as_ref()).map(|(end_m, window_s)| (&**end_m, *window_s)),
+            end_m: self.outside.sunk_m.as_ref().map(|(end_m, window_s)| (&**end_m, *window_s)),
             fraction: at.fraction,
         });
         let bed = Bed {
@@ -348,6 +339,15 @@ impl<'a> Evaluator<'a> {
         for ((force, near), velocity) in forces.force.iter_mut().zip(&self.field_forces).zip(at.velocities) {
             *force += near;
             forces.dissipation.near_field -= near.dot(velocity);
+        }
+    }
+
+    /// Adds the push of sound.
+    fn push(&self, at: At<'_>, forces: &mut Forces) {
+        let Some(push) = &self.outside.push else { return };
+        for ((force, push), velocity) in forces.force.iter_mut().zip(push).zip(at.velocities) {
+            *force += push;
+            forces.dissipation.sound -= push.dot(velocity);
         }
     }
 

@@ -79,6 +79,8 @@ impl Particles {
         book(moving(false) || self.sinking_wall().is_some(), Energy::gained("walls", -dissipated.walls));
         book(moving(true), Energy::gained("pressing", -dissipated.pistons));
         book(self.fields.near_field.is_some(), Energy::gained("near_field", -dissipated.near_field));
+        let pushed = self.settings.fields.reads_acoustic_force;
+        book(pushed, Energy::gained("sound_work", -dissipated.sound));
         let electromagnetic = self.settings.fields.electromagnetic.is_some() || self.settings.fields.magnetic.is_some();
         book(electromagnetic, Energy::gained("fields", -dissipated.fields));
         book(self.bonds.is_some(), Energy::lost("bond_damping", dissipated.bonds));

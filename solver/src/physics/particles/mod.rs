@@ -15,7 +15,6 @@ mod drag;
 pub mod fields;
 mod forces;
 mod friction;
-mod frozen;
 mod hertz;
 mod kernel;
 pub(in crate::physics) mod lanes;
@@ -25,6 +24,7 @@ mod lists;
 mod monograph_bond;
 mod neighbours;
 mod on_substrate;
+mod outside;
 mod overlap;
 mod pair_kernel;
 mod pair_table;
@@ -65,12 +65,13 @@ use self::{
     coming_and_going::Booked,
     contact::{Law, Surface},
     contact_list::{ContactPorts, Snapshot},
-    forces::{At, Evaluator, Heat},
+    forces::{At, Evaluator},
     hertz::Hertz,
     lists::Lists,
     monograph_bond::MonographBond,
     neighbours::NeighbourList,
     on_substrate::WallLoadPorts,
+    outside::{Heat, Outside},
     pair_table::PairTable,
     softening::Softening,
     springs::Springs,
@@ -96,7 +97,7 @@ const BUILDS_PER_SORTING: u32 = 8;
 /// The particles of a scene.
 ///
 /// Writes `positions`, `velocities`, `radii` and the contacts between particles and with walls, all at the window's
-/// end; reads `temperature` where it softens the contacts.
+/// end; reads `temperature` where it softens the contacts, and `acoustic_force` where sound pushes the particles.
 #[derive(Debug)]
 pub struct Particles {
     settings: Settings,
@@ -271,7 +272,8 @@ impl Particles {
             register,
         };
         let mut forces = state.forces.clone();
-        let mut evaluator = Evaluator::new(self, &state, None);
+        let outside = Outside::default();
+        let mut evaluator = Evaluator::new(self, &state, &outside);
         self.forces_at_start(&state, &mut evaluator, t_s, 0.0, &mut forces)?;
         // Without a step to be ahead by, the springs are those of this instant.
         let springs = evaluator.springs().to_vec();
@@ -328,23 +330,13 @@ impl Particles {
         let depends = matches!(self.settings.friction, Some(Friction::Regularised { .. }))
             || self.settings.bond.is_some()
             || self.surface.rolls;
-        if depends && forces.step_s.to_bits() != step_s.to_bits() {
+        // The push of sound is another one in every window.
+        let pushed = self.settings.fields.reads_acoustic_force;
+        if pushed || depends && forces.step_s.to_bits() != step_s.to_bits() {
             self.forces_at_start(state, evaluator, t_s, step_s, &mut forces)?;
         }
         evaluator.lead(t_s, step_s)?;
         Ok(forces)
-    }
-
-    /// The frozen temperatures; `None` where they change nothing.
-    ///
-    /// A temperature that was written before particles came or went, those of `before`, follows them by their numbers.
-    fn heat(&self, frozen: &Frozen, before: &State, now: &State) -> Result<Option<Heat>, SolveError> {
-        if !self.settings.reads_temperature || self.softening.iter().all(|softening| softening.rate <= 0.0) {
-            return Ok(None);
-        }
-        let read = |field: &Field| self.frozen_values(field, before, now, self.settings.temperature_k);
-        let (start_k, end_k) = (read(frozen.at_start("temperature")?)?, read(frozen.at_end("temperature")?)?);
-        Ok(Some(Heat { start_k, end_k, sunk_m: None }))
     }
 
     /// Moduli at the share `fraction` of the window, the temperature running linearly.
@@ -360,13 +352,13 @@ impl Particles {
         &self,
         from: &State,
         advanced: Advanced,
-        heat: Option<&Heat>,
+        outside: &Outside,
         t_s: f64,
     ) -> Result<(State, Reply), SolveError> {
         let Advanced { motion, walls, forces, moduli, lists, near, springs, mut bonds, dissipated, .. } = advanced;
         let bodies = Arc::clone(&from.bodies);
         let poses = self.poses(&walls, t_s);
-        let sunk_m = heat.and_then(|heat| heat.sunk_m.as_ref()).map_or(&from.sunk_m, |(end_m, _)| end_m).clone();
+        let sunk_m = outside.sunk_m.as_ref().map_or(&from.sunk_m, |(end_m, _)| end_m).clone();
         let at = Snapshot {
             bodies: &bodies,
             motion: &motion,
@@ -399,7 +391,7 @@ impl Particles {
             sunk_m,
             register: from.register.clone(),
         };
-        let softening = match heat {
+        let softening = match &outside.heat {
             Some(heat) => {
                 let mut start = from.moduli.clone();
                 self.soften(heat, &from.bodies.materials, 0.0, &mut start);
@@ -520,12 +512,10 @@ impl Physics for Particles {
         let ids = self.come_and_go().then_some(&self.ids);
         let loads = self.settings.substrate.map(|_| self.wall_load_ports.written()).into_iter().flatten();
         let material = self.settings.writes_material.then_some(&self.material);
-        let heat = self.settings.reads_temperature.then(|| (*self.temperature).clone());
-        let sunk = self.sinking_wall().map(|_| (*self.wall_load_ports.deflection).clone());
         let vapourised = self.settings.reads_vapourised.then(|| Port::u8("vapourised", "particles", 1));
         let written = written.chain(lists).chain(loads).chain(ids).chain(material);
         Ports {
-            reads: heat.into_iter().chain(sunk).chain(vapourised).collect(),
+            reads: self.reads().into_iter().chain(vapourised).collect(),
             writes: written.map(|port| (**port).clone()).collect(),
         }
     }
@@ -543,18 +533,15 @@ impl Physics for Particles {
         let (renewed, booked) = self.renewed(state, frozen, window)?.unzip();
         let before = state;
         let state = renewed.as_ref().unwrap_or(state);
-        let mut heat = self.heat(frozen, before, state)?;
-        if self.sinking_wall().is_some() {
-            let sunk_m = self.frozen_values(frozen.at_end("wall_deflection")?, before, state, 0.0)?;
-            heat.get_or_insert_default().sunk_m = Some((sunk_m, window.dt_s));
-        }
-        let heat = heat.as_ref();
+        let outside = self.outside((frozen, window), before, state)?;
         let solved = match self.settings.integrator {
-            Integrator::Verlet { .. } => verlet::solve(self, state, heat, window)?,
+            Integrator::Verlet { .. } => verlet::solve(self, state, &outside, window)?,
             Integrator::Trapezoidal { phi, tolerance, iterations, anderson_depth } => {
                 let rule = Trapezoidal { phi, tolerance, iterations, anderson_depth };
-                match rule.advance(self, state, heat, window)? {
-                    Trial::Converged(advanced) => Ok(self.finish(state, *advanced, heat, window.t_s + window.dt_s)?),
+                match rule.advance(self, state, &outside, window)? {
+                    Trial::Converged(advanced) => {
+                        Ok(self.finish(state, *advanced, &outside, window.t_s + window.dt_s)?)
+                    }
                     Trial::NotConverged(reason) => Err(reason),
                 }
             }

@@ -161,6 +161,8 @@ pub(super) struct Dissipation {
     pub fields: f64,
     /// By the work of the near field; negative where it drives the particles.
     pub near_field: f64,
+    /// By the work of sound; negative where it drives the particles.
+    pub sound: f64,
     /// By the work of moving walls; negative where they drive the particles. Without pistons, whose own energy is booked.
     pub walls: f64,
     /// By the damping of bonds.
@@ -181,6 +183,7 @@ impl Dissipation {
             rolling: 0.5 * step_s * (before.rolling + after.rolling),
             fields: 0.5 * step_s * (before.fields + after.fields),
             near_field: 0.5 * step_s * (before.near_field + after.near_field),
+            sound: 0.5 * step_s * (before.sound + after.sound),
             walls: 0.5 * step_s * (before.walls + after.walls),
             bonds: 0.5 * step_s * (before.bonds + after.bonds),
             ..Self::default()
@@ -196,6 +199,7 @@ impl AddAssign for Dissipation {
         self.rolling += other.rolling;
         self.fields += other.fields;
         self.near_field += other.near_field;
+        self.sound += other.sound;
         self.walls += other.walls;
         self.bonds += other.bonds;
         self.broken += other.broken;

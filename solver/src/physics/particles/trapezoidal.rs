@@ -3,7 +3,8 @@
 use super::{
     Particles, Vec3,
     anderson::Anderson,
-    forces::{At, Evaluator, Heat},
+    forces::{At, Evaluator},
+    outside::Outside,
     pistons::Pistons,
     state::{Dissipation, Forces, Motion, State, Trial},
 };
@@ -39,7 +40,7 @@ impl Trapezoidal {
         self,
         particles: &Particles,
         state: &State,
-        heat: Option<&Heat>,
+        outside: &Outside,
         window: Window,
     ) -> Result<Trial, SolveError> {
         let dt_s = window.dt_s;
@@ -48,7 +49,7 @@ impl Trapezoidal {
             return Ok(Trial::NotConverged(NotConverged { step_factor }));
         }
         let radii = &state.bodies.radii;
-        let mut evaluator = Evaluator::new(particles, state, heat);
+        let mut evaluator = Evaluator::new(particles, state, outside);
         let start = particles.start_forces(state, &mut evaluator, window.t_s, dt_s)?;
         let mut end = start.clone();
         let mut motion = state.motion.clone();

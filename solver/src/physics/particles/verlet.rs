@@ -6,7 +6,8 @@ use super::{
     Integrator, PARALLEL_PARTICLES, Particles, Vec3,
     blocks::BLOCK,
     bodies::Bodies,
-    forces::{At, Evaluator, Heat},
+    forces::{At, Evaluator},
+    outside::Outside,
     pistons::Pistons,
     state::{Advanced, Dissipation, Forces, Motion, State, Trial, within},
 };
@@ -38,17 +39,17 @@ const REFINEMENTS: u32 = 2;
 pub(super) fn solve(
     particles: &Particles,
     state: &State,
-    heat: Option<&Heat>,
+    outside: &Outside,
     window: Window,
 ) -> Result<Result<(State, Reply), NotConverged>, SolveError> {
     let mut longest_s = f64::INFINITY;
     loop {
-        let advanced = match advance(particles, state, heat, window, longest_s)? {
+        let advanced = match advance(particles, state, outside, window, longest_s)? {
             Trial::Converged(advanced) => advanced,
             Trial::NotConverged(reason) => return Ok(Err(reason)),
         };
         let substep_s = advanced.substep_s;
-        let (end, reply) = particles.finish(state, *advanced, heat, window.t_s + window.dt_s)?;
+        let (end, reply) = particles.finish(state, *advanced, outside, window.t_s + window.dt_s)?;
         if substep_s <= (LARGEST_SHARE_OF_CRITICAL * end.critical_s).min(LARGEST_SHARE_OF_STABLE * end.stable_s) {
             return Ok(Ok((end, reply)));
         }
@@ -65,7 +66,7 @@ pub(super) fn solve(
 fn advance(
     particles: &Particles,
     state: &State,
-    heat: Option<&Heat>,
+    outside: &Outside,
     window: Window,
     longest_s: f64,
 ) -> Result<Trial, SolveError> {
@@ -83,7 +84,7 @@ fn advance(
             let step_factor = (SUBSTEPS_LIMIT / count).clamp(0.1, 0.9);
             return Ok(Trial::NotConverged(NotConverged { step_factor }));
         }
-        match substeps(particles, state, heat, window, count)? {
+        match substeps(particles, state, outside, window, count)? {
             Course::Ended(advanced) => return Ok(Trial::Converged(advanced)),
             Course::Jumped(by) => jump = by,
         }
@@ -104,7 +105,7 @@ enum Course {
 fn substeps(
     particles: &Particles,
     state: &State,
-    heat: Option<&Heat>,
+    outside: &Outside,
     window: Window,
     count: f64,
 ) -> Result<Course, SolveError> {
@@ -114,7 +115,7 @@ fn substeps(
     let mut motion = state.motion.clone();
     let mut velocities = motion.velocities.clone();
     let mut spins = motion.spins.clone();
-    let mut evaluator = Evaluator::new(particles, state, heat);
+    let mut evaluator = Evaluator::new(particles, state, outside);
     let mut forces = particles.start_forces(state, &mut evaluator, window.t_s, substep_s)?;
     let mut dissipated = Dissipation::default();
     let kicks = Kicks { bodies: &state.bodies, half_s: 0.5 * substep_s, spin };

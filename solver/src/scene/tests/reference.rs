@@ -11,6 +11,9 @@ fn reference_path(path: &str) -> String {
         ["nodes", _, "optics", rest @ ..] => {
             std::iter::once("optics").chain(rest.iter().copied()).collect::<Vec<_>>().join(".")
         }
+        ["acoustics", shared @ ("path" | "pulses" | "rays"), rest @ ..] => {
+            format!("optics.{shared}.{}", rest.join("."))
+        }
         ["particles", _, "region", rest @ ..] => format!("particles.FIELD.region.{}", rest.join(".")),
         ["coupling", "fields", _, "acceleration", rest @ ..] => format!("coupling.acceleration.{}", rest.join(".")),
         ["coupling", "fields", _, rest @ ..] => format!("coupling.fields.NAME.{}", rest.join(".")),
@@ -65,6 +68,17 @@ fn every_key_of_the_reference_is_read_and_every_value_read_is_in_it() {
         &[
             ("thermal.phases", "{ melting-band = 3, boiling-band = 5, vapour = true }"),
             ("thermal.ambient", "{ convection = 20, emissivity = 0.3, exposed = 0.5 }"),
+        ],
+        &[
+            ("optics.fidelity", "rays"),
+            ("optics.refractive-index", "2"),
+            ("optics.molten-refractive-index", "1.5"),
+            ("materials.copper.refractive-index", "0.3"),
+            ("materials.copper.extinction", "7"),
+            (
+                "acoustics",
+                "{ intensity = 1, radius = 1, sound-speed = 1, ends = 2, path = { kind = \"fixed\", at = [0, 0, 0] } }",
+            ),
         ],
         &[
             ("particles.contact", "{ law = \"linear\", spring = \"1e5 N/m\", restitution = 0.5 }"),

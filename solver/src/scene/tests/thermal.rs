@@ -97,5 +97,8 @@ fn what_is_missing_or_cannot_be_is_told() {
     let light = "{ power = 1, profile = { radius = 1e-5 }, path = { kind = \"fixed\", at = [0, 0, 0] } }";
     let group = ("particles.groups.drops", "{ count = 3, radius = \"30 um\", material = \"ink\" }");
     let two = told(BED, &[group, ("optics", light)]);
-    assert!(two.contains("the particles are of 316L, ink, but [optics] and [current] take one material"), "{two}");
+    assert!(
+        two.contains("the particles are of 316L, ink, but [optics], [current] and [acoustics] take one material"),
+        "{two}"
+    );
 }

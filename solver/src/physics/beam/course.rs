@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::{Beam, NODE, Path, Pulses};
+use super::{Beam, Path, Pulses};
 use crate::{
     SolveError,
     coupling::Window,
@@ -10,33 +10,33 @@ use crate::{
 };
 
 impl Beam {
-    /// Refuses settings outside their range.
-    pub(super) fn check(&self) -> Result<(), SolveError> {
+    /// Refuses settings outside their range, as those of `node`.
+    pub(crate) fn check(&self, node: &str) -> Result<(), SolveError> {
         let power = self.power_w;
-        setting(NODE, "beam power", power, power.is_finite() && power >= 0.0, "finite and at least 0 W")?;
+        setting(node, "beam power", power, power.is_finite() && power >= 0.0, "finite and at least 0 W")?;
         let length = Vector3::from(self.direction).norm();
-        setting(NODE, "length of the beam's direction", length, (length - 1.0).abs() < 1e-6, "1")?;
-        setting(NODE, "beam start", self.starts_s, self.starts_s.is_finite(), "finite")?;
-        setting(NODE, "beam end", self.ends_s, self.ends_s >= self.starts_s, "at or after the beam's start")?;
+        setting(node, "length of the beam's direction", length, (length - 1.0).abs() < 1e-6, "1")?;
+        setting(node, "beam start", self.starts_s, self.starts_s.is_finite(), "finite")?;
+        setting(node, "beam end", self.ends_s, self.ends_s >= self.starts_s, "at or after the beam's start")?;
         if let Some(Pulses { period_s, on_s }) = self.pulses {
-            positive(NODE, "pulse period", period_s)?;
-            setting(NODE, "pulse length", on_s, (0.0..=period_s).contains(&on_s), "from 0 to the pulse period")?;
+            positive(node, "pulse period", period_s)?;
+            setting(node, "pulse length", on_s, (0.0..=period_s).contains(&on_s), "from 0 to the pulse period")?;
         }
         let points = match self.path {
             Path::Fixed { at_m } => [at_m, at_m],
             Path::Sweep { from_m, to_m, speed_m_s } => {
-                positive(NODE, "sweep speed", speed_m_s)?;
+                positive(node, "sweep speed", speed_m_s)?;
                 [from_m, to_m]
             }
         };
         for coordinate in points.as_flattened() {
-            setting(NODE, "coordinate of the beam's path", *coordinate, coordinate.is_finite(), "finite")?;
+            setting(node, "coordinate of the beam's path", *coordinate, coordinate.is_finite(), "finite")?;
         }
-        self.profile.check()
+        self.profile.check(node)
     }
 
     /// Exact mean of the power over `window`, in W: pulses and switching within the window count by their time.
-    pub(super) fn mean_power_w(&self, window: Window) -> f64 {
+    pub(crate) fn mean_power_w(&self, window: Window) -> f64 {
         // Counted from the window's start: far from t = 0 a short window would otherwise lose digits.
         let from_s = (self.starts_s - window.t_s).max(0.0);
         let until_s = (self.ends_s - window.t_s).min(window.dt_s);
@@ -52,7 +52,7 @@ impl Beam {
     }
 
     /// The point at which the beam's axis passes at `t_s`, in m. Before the beam starts a sweep waits where it begins.
-    pub(super) fn spot_m(&self, t_s: f64) -> Vector3<f64> {
+    pub(crate) fn spot_m(&self, t_s: f64) -> Vector3<f64> {
         match self.path {
             Path::Fixed { at_m } => at_m.into(),
             Path::Sweep { from_m, to_m, speed_m_s } => {
@@ -83,36 +83,10 @@ impl Pulses {
     }
 }
 
-/// The beam's own coordinates: two across it and the depth along it.
-pub(super) struct Frame {
-    across: [Vector3<f64>; 2],
-    along: Vector3<f64>,
-}
-
-impl Frame {
-    /// Right-handed and orthonormal. The first direction across is that of axis × beam, with the coordinate axis that
-    /// is furthest from the beam (the first of equals).
-    pub(super) fn new(direction: [f64; 3]) -> Self {
-        let along = Vector3::from(direction).normalize();
-        let axis = Vector3::ith_axis(along.iamin()).into_inner();
-        let first = axis.cross(&along).normalize();
-        Self { across: [first, along.cross(&first)], along }
-    }
-
-    /// The particles' centres as (across, across, depth) from `spot_m`, in m.
-    pub(super) fn centres_m(&self, positions_m: &[f64], spot_m: Vector3<f64>) -> Vec<[f64; 3]> {
-        let centre = |position: &[f64]| {
-            let from_spot = Vector3::new(position[0], position[1], position[2]) - spot_m;
-            [self.across[0].dot(&from_spot), self.across[1].dot(&from_spot), self.along.dot(&from_spot)]
-        };
-        positions_m.chunks_exact(3).map(centre).collect()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::physics::optics::Profile;
+    use crate::physics::beam::Profile;
 
     fn beam() -> Beam {
         Beam {
@@ -155,14 +129,5 @@ mod tests {
         }
         // A window wholly inside a continuous beam has the power to the last bit, however late and short it is.
         assert_eq!(beam().mean_power_w(Window { t_s: 1e3 + 0.1, dt_s: 1e-7 }).to_bits(), 40.0_f64.to_bits());
-    }
-
-    #[test]
-    fn the_frame_is_orthonormal_and_right_handed_for_any_direction() {
-        for direction in [[0.0, 0.0, -1.0], [1.0, 0.0, 0.0], [0.6, 0.0, 0.8], [0.48, -0.6, 0.64]] {
-            let Frame { across: [first, second], along } = Frame::new(direction);
-            assert!((first.cross(&second) - along).norm() < 1e-15);
-            assert!((first.norm() - 1.0).abs() < 1e-15 && first.dot(&along).abs() < 1e-15);
-        }
     }
 }
