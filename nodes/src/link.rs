@@ -7,7 +7,7 @@
 use std::{
     collections::{BTreeMap, VecDeque},
     path::{Path, PathBuf},
-    sync::{Arc, Mutex, PoisonError},
+    sync::{Arc, Mutex, OnceLock, PoisonError},
     time::Duration,
 };
 
@@ -15,11 +15,12 @@ use bytes::Bytes;
 use zenoh::{
     Config, Session, Wait,
     bytes::ZBytes,
+    key_expr::{OwnedKeyExpr, keyexpr},
     liveliness::LivelinessToken,
     pubsub::{Publisher, Subscriber},
     qos::{CongestionControl, Reliability},
     query::{Query, Queryable},
-    sample::{Sample, SampleKind},
+    sample::{Locality, Sample, SampleKind},
     shm::{GarbageCollect, PosixShmProviderBackend, ShmProvider, ShmProviderBuilder, ZShm, ZShmMut},
 };
 
@@ -105,10 +106,61 @@ pub struct Arrival {
 #[derive(Clone)]
 pub struct Link {
     session: Session,
+    /// Who hears every message first, where somebody does.
+    first: Arc<OnceLock<First>>,
     pool: Arc<Pool>,
     /// Whether what is put goes through shared memory where nothing else is asked for: it ends with its process, and a
     /// hub that replays may end right after its last put.
     shares: bool,
+}
+
+type Receive = Arc<dyn Fn(Arrival) + Send + Sync>;
+
+/// The keys somebody hears first, and the subscriptions to some of them that come after it.
+///
+/// Zenoh calls the subscriptions of one session in no order, and those to what the session itself puts after the network
+/// has it. A recording would get the fields a step rests on behind its acceptance, or a question behind its answers.
+struct First {
+    key: OwnedKeyExpr,
+    receive: Receive,
+    after: Arc<Mutex<After>>,
+}
+
+impl First {
+    fn hear(&self, arrival: &Arrival) {
+        (self.receive)(arrival.clone());
+        let matching: Vec<Receive> = {
+            let after = self.after.lock().unwrap_or_else(PoisonError::into_inner);
+            let here = |key: &OwnedKeyExpr| keyexpr::new(&arrival.key).is_ok_and(|arrived| key.intersects(arrived));
+            after.receivers.values().filter(|(key, _)| here(key)).map(|(_, receive)| Arc::clone(receive)).collect()
+        };
+        for receive in matching {
+            receive(arrival.clone());
+        }
+    }
+
+    /// Whether every message on `key` is heard.
+    fn covers(&self, key: &keyexpr) -> bool {
+        self.key.includes(key)
+    }
+}
+
+#[derive(Default)]
+struct After {
+    count: u64,
+    receivers: BTreeMap<u64, (OwnedKeyExpr, Receive)>,
+}
+
+/// Takes a subscription back.
+struct Leave {
+    number: u64,
+    after: Arc<Mutex<After>>,
+}
+
+impl Drop for Leave {
+    fn drop(&mut self) {
+        self.after.lock().unwrap_or_else(PoisonError::into_inner).receivers.remove(&self.number);
+    }
 }
 
 /// Stops what it stands for when dropped.
@@ -118,6 +170,7 @@ enum Kind {
     Subscriber(#[expect(dead_code, reason = "held for its drop")] Subscriber<()>),
     Queryable(#[expect(dead_code, reason = "held for its drop")] Queryable<()>),
     Token(#[expect(dead_code, reason = "held for its drop")] LivelinessToken),
+    After(#[expect(dead_code, reason = "held for its drop")] Leave),
 }
 
 impl Link {
@@ -135,7 +188,7 @@ impl Link {
         let verb = if matches!(role, Role::Node { .. }) { "connect to" } else { "listen on" };
         let what = format!("{verb} {}", role.endpoints());
         let session = zenoh::open(settings).wait().map_err(failed(what))?;
-        Ok(Self { session, pool: Arc::default(), shares: matches!(role, Role::Node { .. }) })
+        Ok(Self { session, first: Arc::default(), pool: Arc::default(), shares: matches!(role, Role::Node { .. }) })
     }
 
     /// Prepares to put on `key`.
@@ -151,7 +204,7 @@ impl Link {
             .express(true)
             .wait()
             .map_err(failed(format!("declare {key}")))?;
-        Ok(Outlet { publisher, pool: self.shares.then(|| Arc::clone(&self.pool)) })
+        Ok(Outlet { publisher, first: Arc::clone(&self.first), pool: self.shares.then(|| Arc::clone(&self.pool)) })
     }
 
     /// Prepares to put on `key`, large payloads through shared memory, also from the hub.
@@ -180,10 +233,50 @@ impl Link {
         key: &str,
         receive: impl Fn(Arrival) + Send + Sync + 'static,
     ) -> Result<Declared, LinkError> {
+        if let Some(first) = self.first.get() {
+            let key = key_expression(key)?;
+            if first.covers(&key) {
+                let mut after = first.after.lock().unwrap_or_else(PoisonError::into_inner);
+                let number = after.count;
+                after.count += 1;
+                after.receivers.insert(number, (key, Arc::new(receive)));
+                return Ok(Declared(Kind::After(Leave { number, after: Arc::clone(&first.after) })));
+            }
+        }
         let subscriber = self
             .session
             .declare_subscriber(key.to_owned())
             .callback(move |sample| receive(arrival(&sample)))
+            .wait()
+            .map_err(failed(format!("subscribe to {key}")))?;
+        Ok(Declared(Kind::Subscriber(subscriber)))
+    }
+
+    /// As [`Link::subscribe`], and called first: before every later subscription to some of these keys, and before what
+    /// this process puts on them leaves it. Those later ones hear nothing any more once the returned value is dropped.
+    ///
+    /// # Errors
+    /// The key is not valid; somebody hears first already.
+    pub fn subscribe_first(
+        &self,
+        key: &str,
+        receive: impl Fn(Arrival) + Send + Sync + 'static,
+    ) -> Result<Declared, LinkError> {
+        let first = First { key: key_expression(key)?, receive: Arc::new(receive), after: Arc::default() };
+        self.first.set(first).map_err(|_| LinkError::Zenoh {
+            what: format!("subscribe to {key}"),
+            message: "another subscription hears first".into(),
+        })?;
+        let first = Arc::clone(&self.first);
+        let subscriber = self
+            .session
+            .declare_subscriber(key.to_owned())
+            .allowed_origin(Locality::Remote)
+            .callback(move |sample| {
+                if let Some(first) = first.get() {
+                    first.hear(&arrival(&sample));
+                }
+            })
             .wait()
             .map_err(failed(format!("subscribe to {key}")))?;
         Ok(Declared(Kind::Subscriber(subscriber)))
@@ -274,6 +367,7 @@ impl Link {
 /// Puts messages on one key.
 pub struct Outlet {
     publisher: Publisher<'static>,
+    first: Arc<OnceLock<First>>,
     pool: Option<Arc<Pool>>,
 }
 
@@ -293,6 +387,10 @@ impl Outlet {
     /// The session is closed.
     pub fn put(&self, attachment: Option<Vec<u8>>, payload: Bytes) -> Result<(), LinkError> {
         let key = self.publisher.key_expr().as_str();
+        if let Some(first) = self.first.get().filter(|first| first.covers(self.publisher.key_expr())) {
+            let attachment = attachment.clone().map(Bytes::from).unwrap_or_default();
+            first.hear(&Arrival { key: key.to_owned(), attachment, payload: payload.clone() });
+        }
         let body = match &self.pool {
             Some(pool) if payload.len() >= SHARED_MEMORY_FROM => pool.place(key, payload),
             _ => payload.into(),
@@ -364,6 +462,10 @@ impl PoolState {
     }
 }
 
+fn key_expression(key: &str) -> Result<OwnedKeyExpr, LinkError> {
+    OwnedKeyExpr::new(key).map_err(failed(format!("subscribe to {key}")))
+}
+
 fn arrival(sample: &Sample) -> Arrival {
     Arrival {
         key: sample.key_expr().to_string(),
@@ -385,5 +487,45 @@ fn contiguous(bytes: &ZBytes) -> Bytes {
         Bytes::from_owner(Piece(bytes.clone()))
     } else {
         bytes.to_bytes().into_owned().into()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc;
+
+    use super::*;
+
+    #[test]
+    fn what_subscribes_first_hears_every_message_first_from_near_and_far() {
+        let folder = tempfile::tempdir().unwrap();
+        let endpoint = format!("unixsock-stream/{}/hub.sock", folder.path().display());
+        let hub = Link::open(&Role::Hub { listen: vec![endpoint.clone()] }, None).unwrap();
+        let node = Link::open(&Role::Node { connect: endpoint }, None).unwrap();
+        let (tell, told) = mpsc::channel();
+        let hears = |who: usize| {
+            let tell = Mutex::new(tell.clone());
+            move |arrival: Arrival| tell.lock().unwrap().send((who, arrival.key)).unwrap()
+        };
+        let _first = hub.subscribe_first("run/**", hears(0)).unwrap();
+        let mut later: Vec<Declared> =
+            (1..6).map(|who| hub.subscribe(["run/*/0", "run/*/1"][who % 2], hears(who)).unwrap()).collect();
+        let near = hub.publisher("run/field/0".into()).unwrap();
+        let far = node.publisher("run/field/1".into()).unwrap();
+        let order = |outlet: &Outlet, readers: usize| {
+            outlet.put(None, Bytes::from_static(b"1")).unwrap();
+            let patience = Duration::from_secs(20);
+            let heard: Vec<_> = (0..readers).map(|_| told.recv_timeout(patience).unwrap().0).collect();
+            assert!(told.recv_timeout(Duration::from_millis(20)).is_err(), "each hears it once");
+            heard
+        };
+        // What leaves has been heard: here nobody but the first hears it.
+        hub.publisher("run/alone".into()).unwrap().put(None, Bytes::new()).unwrap();
+        assert_eq!(told.try_recv().unwrap(), (0, "run/alone".to_owned()));
+        assert_eq!(order(&near, 3), [0, 2, 4]);
+        assert_eq!(order(&far, 4), [0, 1, 3, 5]);
+        // Who leaves hears nothing more.
+        later.remove(2);
+        assert_eq!(order(&far, 3), [0, 1, 5]);
     }
 }

@@ -350,7 +350,7 @@ impl Records {
         let viewer = records.viewer.as_ref().map(view::Stream::sender);
         if file.is_some() || viewer.is_some() {
             let (closed, behind) = (AtomicBool::new(false), AtomicBool::new(false));
-            records.subscription = Some(link.subscribe(&keys::all(&info.run), move |arrival| {
+            records.subscription = Some(link.subscribe_first(&keys::all(&info.run), move |arrival| {
                 let topic = keys::topic(&arrival.key);
                 let Some(exchange) = Exchange::from_parts(topic, arrival.attachment, arrival.payload) else { return };
                 // The recording makes the run wait rather than lose a message; a viewer is left behind instead.

@@ -41,10 +41,11 @@ pub fn window(layers: &Layers) -> Part {
         Curves("Solve time", "plots/cost"),
         Text("Scene", "scene"),
     ]);
-    let share = if layers.iter().count() > 1 { 2.0 } else { 3.0 };
-    let picture = |layer: &Layer| (share, Above(vec![(7.0, Scene(*layer)), (1.0, Legend(*layer))]));
-    let curves = (2.0, Above(vec![(1.0, physics), (1.0, coupling)]));
-    Beside(layers.iter().map(picture).chain([curves]).collect())
+    // Below each other: the camera fits a picture into its height.
+    let share = if layers.iter().count() > 1 { 4.0 } else { 7.0 };
+    let picture = |layer: &Layer| [(share, Scene(*layer)), (1.0, Legend(*layer))];
+    let pictures = Above(layers.iter().flat_map(picture).collect());
+    Beside(vec![(3.0, pictures), (2.0, Above(vec![(1.0, physics), (1.0, coupling)]))])
 }
 
 /// Seconds that a run takes when it is played back, however short it was.
