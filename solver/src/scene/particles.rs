@@ -16,6 +16,7 @@ use crate::physics::{
     Wall,
     particles::{Group, Integrator, OnSubstrate, Pour, Settings, Start},
     thermal::{Enthalpy, Settings as Heat},
+    walls::Motion,
 };
 
 static TEMPERATURE_KEY: Key = Key::new(
@@ -83,6 +84,7 @@ static INTEGRATOR_KIND: Key = Key::new(
     Kind::Choice(&[
         ("verlet", "velocity Verlet in substeps: the fast one"),
         ("trapezoidal", "the monograph's rule, iterated over the whole step (eqs. 6.23–6.27): the reference"),
+        ("held", "none: particles stay where they start, at rest. For beds that hardly move while they are heated"),
     ]),
     "Method.",
 )
@@ -291,6 +293,14 @@ impl<'d> Bodies<'d> {
             table.reject(&GRAVITY, "particles settle under gravity, and there is none");
         }
         let integrator = integrator(&table);
+        let moving = walls.iter().any(|wall| wall.motion != Motion::Fixed);
+        if integrator == Some(Integrator::Held)
+            && (moving || !pours.is_empty() || substrate.is_some_and(|under| under.deflects))
+        {
+            let message =
+                "particles that are held cannot follow what moves: a wall, a dispenser or a substrate that gives way";
+            table.reject_with(&INTEGRATOR, message, Some("leave `integrator` out, or what moves".into()));
+        }
         let domain = pour::domain(&table, &DOMAIN);
         table.finish();
         let contact = contact?;
@@ -335,6 +345,7 @@ fn integrator(particles: &Table<'_>) -> Option<Integrator> {
                 _ => 0,
             },
         },
+        "held" => Integrator::Held,
         _ => Integrator::Verlet { substep_s: table.optional_number(&SUBSTEP) },
     };
     table.finish();

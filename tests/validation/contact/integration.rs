@@ -136,6 +136,35 @@ fn a_held_temperature_is_booked_as_softening_at_once() {
 }
 
 #[test]
+fn held_particles_stay_where_they_are_while_their_contacts_soften() {
+    let spheres = [([0.0; 3], [0.1, 0.0, 0.0], 1e-3), ([1.9e-3, 0.0, 0.0], [0.0; 3], 1e-3)];
+    let mut settings = settings(OVERLAP, 1000.0, &spheres);
+    (settings.contact.softening_rate, settings.reads_temperature) = (1.0, true);
+    settings.integrator = Integrator::Held;
+    let particles = Particles::new(settings.clone()).unwrap();
+    let (state, first) = particles.initial().unwrap();
+    assert_eq!(field(&first, "velocities"), [0.0; 6], "they are at rest whatever their start says");
+    let frozen = Frozen { start: temperature(vec![300.0; 2]), end: temperature(vec![600.0; 2]) };
+    // No step is too long for what does not move.
+    let (_, reply) = particles.solve(&state, &frozen, Window { t_s: 0.0, dt_s: 1e3 }).unwrap();
+    for name in ["positions", "velocities", "contact_area"] {
+        assert_eq!(field(&reply, name), field(&first, name), "{name}");
+    }
+    let share = (-1.0f64).exp();
+    close(entry(&reply, "elastic"), entry(&first, "elastic") * share, 1e-14);
+    // What softening takes is all that changes: nothing else is booked.
+    let changed = energy(&reply, Kind::Stored) - energy(&first, Kind::Stored);
+    close(changed, entry(&reply, "softening"), 1e-14);
+    assert_eq!((energy(&reply, Kind::Gained) - entry(&reply, "softening"), energy(&reply, Kind::Lost)), (0.0, 0.0));
+
+    settings.walls = vec![floor()];
+    settings.walls[0].motion =
+        stagger_solver::physics::walls::Motion::Path(stagger_solver::physics::walls::Series::constant([0.0; 3]));
+    let refused = Particles::new(settings).unwrap_err().to_string();
+    assert!(refused.contains("floor moves or pours, and particles that are held cannot follow"), "{refused}");
+}
+
+#[test]
 fn solving_again_gives_the_same_bytes() {
     for integrator in [VERLET, Integrator::Trapezoidal { phi: 0.5, tolerance: 1e-6, iterations: 10, anderson_depth: 0 }]
     {

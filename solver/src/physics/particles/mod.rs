@@ -15,6 +15,7 @@ mod drag;
 pub mod fields;
 mod forces;
 mod friction;
+mod held;
 mod hertz;
 mod kernel;
 pub(in crate::physics) mod lanes;
@@ -401,13 +402,15 @@ impl Particles {
         };
         let mut reply = self.reply(&state)?;
         reply.ledger.extend(self.exchanged(from, &state, &dissipated, softening));
-        reply.figures.insert("substeps".into(), f64::from(advanced.substeps));
-        reply.figures.insert("substep [s]".into(), advanced.substep_s);
         reply.figures.insert("force evaluations".into(), f64::from(advanced.evaluations));
-        // Without contacts nothing is critical, and this is zero.
-        reply.figures.insert("substep over critical".into(), advanced.substep_s / state.critical_s);
-        if self.contact_s.is_finite() {
-            reply.figures.insert("shortest contact time over substep".into(), self.contact_s / advanced.substep_s);
+        if advanced.substeps > 0 {
+            reply.figures.insert("substeps".into(), f64::from(advanced.substeps));
+            reply.figures.insert("substep [s]".into(), advanced.substep_s);
+            // Without contacts nothing is critical, and this is zero.
+            reply.figures.insert("substep over critical".into(), advanced.substep_s / state.critical_s);
+            if self.contact_s.is_finite() {
+                reply.figures.insert("shortest contact time over substep".into(), self.contact_s / advanced.substep_s);
+            }
         }
         let state = if state.builds >= BUILDS_PER_SORTING { self.sorted(state, t_s)? } else { state };
         Ok((state, reply))
@@ -536,6 +539,10 @@ impl Physics for Particles {
         let outside = self.outside((frozen, window), before, state)?;
         let solved = match self.settings.integrator {
             Integrator::Verlet { .. } => verlet::solve(self, state, &outside, window)?,
+            Integrator::Held => {
+                let advanced = held::advance(self, state, &outside, window)?;
+                Ok(self.finish(state, advanced, &outside, window.t_s + window.dt_s)?)
+            }
             Integrator::Trapezoidal { phi, tolerance, iterations, anderson_depth } => {
                 let rule = Trapezoidal { phi, tolerance, iterations, anderson_depth };
                 match rule.advance(self, state, &outside, window)? {
@@ -569,7 +576,11 @@ impl Physics for Particles {
 
 /// The particles at t = 0, in the order of the fields.
 fn at_start(settings: &Settings) -> Result<(Bodies, Motion), SolveError> {
-    let Placed { positions, velocities, radii, materials } = start::place(settings)?;
+    let Placed { positions, mut velocities, radii, materials } = start::place(settings)?;
+    if settings.integrator == Integrator::Held {
+        // What is left of settling, or was read from a file.
+        velocities.fill([0.0; 3]);
+    }
     let density = |material: &u16| settings.materials[usize::from(*material)].density_kg_m3;
     let masses: Vec<f64> =
         (radii.iter().zip(&materials)).map(|(&radius, material)| sphere_mass(radius, density(material))).collect();

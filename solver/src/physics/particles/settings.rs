@@ -396,4 +396,6 @@ pub enum Integrator {
         /// Differences of iterates that Anderson's mixing uses (Walker & Ni 2011); 0 is the plain iteration.
         anderson_depth: u32,
     },
+    /// None: particles stay where they start, at rest, while their temperatures change. For beds that hardly move.
+    Held,
 }

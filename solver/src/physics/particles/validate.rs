@@ -1,7 +1,10 @@
 //! Ranges of the settings.
 
 use super::settings::{ContactLaw, Friction, Integrator, Radius, Rolling, Settings, Start};
-use crate::{SolveError, physics::Wall};
+use crate::{
+    SolveError,
+    physics::{Wall, walls::Motion},
+};
 
 /// Checks that every setting is in its range.
 ///
@@ -76,6 +79,14 @@ pub(super) fn settings(settings: &Settings) -> Result<(), SolveError> {
             check((0.0..=1.0).contains(&phi), "phi", phi, "must lie in [0, 1]")?;
             positive("integrator tolerance", tolerance)?;
             check(iterations > 0, "integrator iterations", f64::from(iterations), "must be positive")?;
+        }
+        Integrator::Held => {
+            let moves = settings.walls.iter().find(|wall| wall.motion != Motion::Fixed);
+            let name = moves.map(|wall| &wall.name).or(settings.pours.first().map(|pour| &pour.name));
+            if let Some(name) = name {
+                let text = format!("particles: {name} moves or pours, and particles that are held cannot follow");
+                return Err(SolveError::Mismatch(text));
+            }
         }
     }
     start(settings)

@@ -1,6 +1,6 @@
 //! Enthalpy as a function of temperature, and back.
 
-use super::{NODE, Phases, Table};
+use super::{NODE, PhaseChange, Phases, Table};
 use crate::SolveError;
 
 /// Specific enthalpy h(θ) of a material above that of the start, in J/kg: the integral of its heat capacity, and the
@@ -90,14 +90,18 @@ impl Curve {
             melting: None,
             boiling: None,
         };
+        // As wide as its rounded ends lie apart: over a narrow band at a high temperature, the width asked for would miss a
+        // share of the latent heat.
+        let end_k = |change: &PhaseChange| change.from_k + change.width_k;
         let mut reached_j_kg = 0.0;
         for (place, &temperature_k) in at_k.iter().enumerate() {
-            let is_plateau = |change: &&super::PhaseChange| change.width_k <= 0.0 && change.from_k == temperature_k;
+            let is_plateau = |change: &&PhaseChange| end_k(change) == change.from_k && change.from_k == temperature_k;
             let jump_j_kg: f64 = changes.iter().filter(is_plateau).map(|change| change.latent_j_kg).sum();
             let until_k = at_k.get(place + 1).copied();
-            let is_over =
-                |change: &&super::PhaseChange| (change.from_k..change.from_k + change.width_k).contains(&temperature_k);
-            let apparent: f64 = changes.iter().filter(is_over).map(|change| change.latent_j_kg / change.width_k).sum();
+            let is_over = |change: &&PhaseChange| (change.from_k..end_k(change)).contains(&temperature_k);
+            let apparent: f64 = (changes.iter().filter(is_over))
+                .map(|change| change.latent_j_kg / (end_k(change) - change.from_k))
+                .sum();
             let capacity_j_kg_k = capacity.at(temperature_k) + apparent;
             let slope_j_kg_k2 = until_k
                 .map_or(0.0, |until_k| (capacity.at(until_k) - capacity.at(temperature_k)) / (until_k - temperature_k));
@@ -112,11 +116,11 @@ impl Curve {
             node.reached_j_kg -= start_j_kg;
             node.left_j_kg -= start_j_kg;
         }
-        let band = |change: &super::PhaseChange| {
-            let (from_k, to_k) = (change.from_k, change.from_k + change.width_k);
+        let band = |change: &PhaseChange| {
+            let (from_k, to_k) = (change.from_k, end_k(change));
             let left =
                 curve.nodes.iter().find(|node| node.temperature_k == to_k).map_or(f64::NAN, |node| node.left_j_kg);
-            let to_j_kg = if change.width_k > 0.0 { curve.enthalpy(to_k) } else { left };
+            let to_j_kg = if to_k > from_k { curve.enthalpy(to_k) } else { left };
             Band { from_k, to_k, from_j_kg: curve.enthalpy(from_k), to_j_kg, latent_j_kg: change.latent_j_kg }
         };
         let phases = phases.copied().unwrap_or_default();

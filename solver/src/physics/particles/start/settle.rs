@@ -173,7 +173,7 @@ fn bed(settings: &Settings, bodies: &Bodies, loose: &[Vec3]) -> Settings {
         walls: settings.walls.iter().map(held).collect(),
         integrator: match settings.integrator {
             integrator @ Integrator::Verlet { .. } => integrator,
-            Integrator::Trapezoidal { .. } => Integrator::Verlet { substep_s: None },
+            Integrator::Trapezoidal { .. } | Integrator::Held => Integrator::Verlet { substep_s: None },
         },
         pours: Vec::new(),
         domain: None,
