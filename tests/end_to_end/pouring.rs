@@ -138,6 +138,8 @@ fn jacobi_order_acceleration_and_slow_nodes_follow_who_comes_and_goes() {
         &["--set", "coupling.order=jacobi"][..],
         &["--set", "coupling.acceleration=iqn-ils"],
         &["--set", "coupling.every.optics=3"],
+        &["--set", "coupling.every.optics=3"],
+        &["--set", "coupling.every.thermal=2"],
     ] {
         let whole = json(&place.run(&[settings, &["--record", "run.mcap", "--json"]].concat()));
         let one = json(&place.run(&[settings, &["--no-record", "--in-process", "--json"]].concat()));

@@ -7,7 +7,8 @@ use super::{
     bodies::{Bodies, along_z_curve, cell, reordered, sphere_inertia, sphere_mass},
     domain::{Body, Moved},
     lists::Lists,
-    state::{Motion, Register, State},
+    register::Register,
+    state::{Motion, State},
 };
 use crate::{
     SolveError,
@@ -84,11 +85,15 @@ impl Particles {
         let (mut bodies, mut motion) = (state.bodies.reordered(&kept), state.motion.reordered(&kept));
         let mut moduli = reordered(&state.moduli, &kept);
         bodies.rows = ranks(&bodies.rows);
+        let next_id = register.next_id;
         let came = self.pour(window, &mut register, &mut bodies, &mut motion, &mut moduli)?;
         if leaving.is_empty() && came == 0 {
             return Ok(None);
         }
-        register.revision += 1;
+        let fields = frozen.start.values().chain(frozen.end.values());
+        let read = fields.filter(|field| field.support.name == "particles").map(|field| field.support.revision);
+        let gone = leaving.iter().map(|&place| state.bodies.ids[place]).collect();
+        register.change(next_id, gone, read.min().unwrap_or(u64::MAX));
 
         let order = along_z_curve(&motion.positions, cell(&bodies));
         let poured = self.moved(&bodies, &motion, kept.len()..bodies.len());

@@ -32,6 +32,7 @@ mod pair_table;
 mod pistons;
 mod pour;
 mod quadrature;
+mod register;
 mod rolling;
 mod settings;
 mod settings_bonds;
@@ -74,10 +75,11 @@ use self::{
     on_substrate::WallLoadPorts,
     outside::{Heat, Outside},
     pair_table::PairTable,
+    register::Register,
     softening::Softening,
     springs::Springs,
     start::Placed,
-    state::{Advanced, Forces, Motion, Register, Trial},
+    state::{Advanced, Forces, Motion, Trial},
     substep::TimeScales,
     trapezoidal::Trapezoidal,
 };
@@ -212,8 +214,7 @@ impl Particles {
         let order = along_z_curve(&motion.positions, cell(bodies));
         let (bodies, motion) = (bodies.reordered(&order), motion.reordered(&order));
         let walls = vec![WallState::default(); self.settings.walls.len()];
-        let register =
-            Register { revision: 0, next_id: bodies.len() as u32, poured: vec![0; self.settings.pours.len()] };
+        let register = Register::new(bodies.len() as u32, self.settings.pours.len());
         let moduli: Vec<f64> =
             bodies.materials.iter().map(|&material| self.modulus(material, self.settings.temperature_k)).collect();
         let lists = Lists::build(self, &motion.positions, &bodies.radii, &self.poses(&walls, 0.0))?;
@@ -536,7 +537,7 @@ impl Physics for Particles {
         let (renewed, booked) = self.renewed(state, frozen, window)?.unzip();
         let before = state;
         let state = renewed.as_ref().unwrap_or(state);
-        let outside = self.outside((frozen, window), before, state)?;
+        let outside = self.outside((frozen, window), state)?;
         let solved = match self.settings.integrator {
             Integrator::Verlet { .. } => verlet::solve(self, state, &outside, window)?,
             Integrator::Held => {

@@ -36,19 +36,14 @@ impl Particles {
         temperature.into_iter().chain(sunk).chain(self.settings.fields.reads_acoustic_force.then(push)).collect()
     }
 
-    /// The frozen fields on the particles of `now`; `before` are those before any came or went at the window's start.
+    /// The frozen fields on the particles of `now`.
     ///
     /// The push is the mean over the window that its writer gives: it acts unchanged from the window's start to its end.
-    pub(super) fn outside(
-        &self,
-        (frozen, window): (&Frozen, Window),
-        before: &State,
-        now: &State,
-    ) -> Result<Outside, SolveError> {
+    pub(super) fn outside(&self, (frozen, window): (&Frozen, Window), now: &State) -> Result<Outside, SolveError> {
         let mut outside = Outside::default();
         if self.settings.reads_temperature && self.softening.iter().any(|softening| softening.rate > 0.0) {
             let read = |field: &Field| {
-                let [temperatures_k] = self.carried(field, before, now, [self.settings.temperature_k])?;
+                let [temperatures_k] = self.carried(field, now, [self.settings.temperature_k])?;
                 Ok::<_, SolveError>(temperatures_k)
             };
             outside.heat = Some(Heat {
@@ -57,11 +52,11 @@ impl Particles {
             });
         }
         if self.settings.fields.reads_acoustic_force {
-            let [x, y, z] = self.carried(frozen.at_end("acoustic_force")?, before, now, [0.0; 3])?;
+            let [x, y, z] = self.carried(frozen.at_end("acoustic_force")?, now, [0.0; 3])?;
             outside.push = Some((0..x.len()).map(|i| Vec3::new(x[i], y[i], z[i])).collect());
         }
         if self.sinking_wall().is_some() {
-            let [sunk_m] = self.carried(frozen.at_end("wall_deflection")?, before, now, [0.0])?;
+            let [sunk_m] = self.carried(frozen.at_end("wall_deflection")?, now, [0.0])?;
             outside.sunk_m = Some((sunk_m, window.dt_s));
         }
         Ok(outside)
@@ -69,12 +64,10 @@ impl Particles {
 
     /// The components of a field that another physics writes, each in memory order.
     ///
-    /// What was written before particles came or went, for those of `before`, follows them by their numbers; new ones take
-    /// `default`.
+    /// What was written before particles came or went follows them by their numbers; new ones take `default`.
     fn carried<const N: usize>(
         &self,
         field: &Field,
-        before: &State,
         now: &State,
         default: [f64; N],
     ) -> Result<[Vec<f64>; N], SolveError> {
@@ -83,28 +76,28 @@ impl Particles {
             let (node, name) = ("particles".into(), field.name().into());
             return Err(SolveError::NotFinite { node, field: name, row: at / N, value: values[at] });
         }
-        let is_of = |state: &State| {
-            let support = &field.support;
-            (support.revision, support.count) == (state.register.revision, state.bodies.len() as u64)
+        let support = &field.support;
+        let ids = now.bodies.in_rows(&now.bodies.ids);
+        let known = now.register.ids_at(support.revision, &ids);
+        let then: Option<Vec<u32>> = known.filter(|then| then.len() as u64 == support.count);
+        let Some(then) = then else {
+            return Err(SolveError::Mismatch(format!(
+                "particles: field `{}` has {} rows at revision {}, but there are {} particles at revision {}",
+                field.name(),
+                support.count,
+                support.revision,
+                now.bodies.len(),
+                now.register.revision
+            )));
         };
         let mut components = [(); N].map(|()| Vec::new());
         for (axis, component) in components.iter_mut().enumerate() {
             let values: Vec<f64> = values.chunks_exact(N).map(|row| row[axis]).collect();
-            *component = if is_of(now) {
-                now.bodies.in_memory(&values)
-            } else if is_of(before) {
-                let ids = |state: &State| state.bodies.in_rows(&state.bodies.ids);
-                now.bodies.in_memory(&by_ids(&values, &ids(before), &ids(now), default[axis])?)
+            *component = now.bodies.in_memory(&if support.revision == now.register.revision {
+                values
             } else {
-                return Err(SolveError::Mismatch(format!(
-                    "particles: field `{}` has {} rows at revision {}, but there are {} particles at revision {}",
-                    field.name(),
-                    values.len(),
-                    field.support.revision,
-                    now.bodies.len(),
-                    now.register.revision
-                )));
-            };
+                by_ids(&values, &then, &ids, default[axis])?
+            });
         }
         Ok(components)
     }

@@ -10,6 +10,7 @@ use super::{
     fields::NearList,
     lists::Lists,
     on_substrate::WallLoad,
+    register::Register,
     springs::Springs,
 };
 use crate::{SolveError, coupling::NotConverged, physics::walls::WallState};
@@ -59,17 +60,6 @@ pub(super) struct Motion {
     pub velocities: Vec<Vec3>,
     /// ω in rad/s; zero where particles do not spin.
     pub spins: Vec<Vec3>,
-}
-
-/// Who has come and gone.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Register {
-    /// Counts how often rows came or went: the revision of the particles' support.
-    pub revision: u64,
-    /// Number that the next particle gets.
-    pub next_id: u32,
-    /// Particles poured so far, by dispenser.
-    pub poured: Vec<u64>,
 }
 
 impl Motion {
