@@ -40,6 +40,7 @@ fn settings(side: u32, integrator: Integrator) -> Settings {
         reads_temperature: false,
         reads_vapourised: false,
         writes_material: false,
+        writes_contact_forces: false,
         substrate: None,
         contact: Contact {
             law: ContactLaw::Hertz { young_pa: 1e9, poisson: 0.3 },

@@ -234,3 +234,23 @@ fn each_material_has_its_own_restitution_at_a_wall() {
     close(velocities[2], 0.8, 0.02);
     close(velocities[5], 0.4, 0.02);
 }
+
+#[test]
+fn contact_forces_are_written_where_asked_for_and_are_those_of_the_law() {
+    // 1 µm between two spheres of 1 mm, and 2 µm into the floor.
+    let spheres = [([0.0, 0.0, 0.998e-3], [0.0; 3], 1e-3), ([1.999e-3, 0.0, 1e-3], [0.0; 3], 1e-3)];
+    let mut settings = bed::settings(ContactLaw::Hertz { young_pa: 1e7, poisson: 0.3 }, 2500.0, &spheres);
+    settings.walls = vec![floor()];
+    let quiet = Particles::new(settings.clone()).unwrap().initial().unwrap().1;
+    assert!(!quiet.fields.contains_key("contact_normal_force"));
+    settings.writes_contact_forces = true;
+    let reply = Particles::new(settings).unwrap().initial().unwrap().1;
+    // F = 4/3 E* √R* δ^{3/2} (Hertz); with one modulus E* = E / (2 (1 − ν²)), against the rigid floor E / (1 − ν²).
+    let force =
+        |modulus_pa: f64, radius_m: f64, overlap_m: f64| 4.0 / 3.0 * modulus_pa * radius_m.sqrt() * overlap_m.powf(1.5);
+    let plane_pa = 1e7 / (1.0 - 0.09);
+    let distance_m = field(&reply, "contact_distance")[0];
+    let expected_n = force(0.5 * plane_pa, 0.5e-3, 2e-3 - distance_m);
+    close(field(&reply, "contact_normal_force")[0], expected_n, 1e-12);
+    close(field(&reply, "wall_contact_normal_force")[0], force(plane_pa, 1e-3, 2e-6), 1e-9);
+}

@@ -36,6 +36,7 @@ pub fn settings(start: Start, width_m: f64, law: ContactLaw, friction: Option<Fr
         reads_temperature: false,
         reads_vapourised: false,
         writes_material: false,
+        writes_contact_forces: false,
         substrate: None,
         contact: Contact {
             law,

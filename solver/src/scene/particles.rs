@@ -35,6 +35,12 @@ static OVERLAP_BOND: Key =
     Key::new("overlap-bond", Kind::Table(&contact::OVERLAP_BOND), "The monograph's bond.").or_from("none");
 static DRAG: Key = Key::new("drag", Kind::Table(&contact::DRAG), "Drag of the gas.").or_from("none");
 static GRAVITY: Key = Key::new("gravity", Kind::Vector(&ACCELERATION), "Gravity.").or("[0, 0, -9.81]");
+static CONTACT_FORCES: Key = Key::new(
+    "contact-forces",
+    Kind::Flag,
+    "Whether the elastic normal force of each contact is written too, for pictures and exports.",
+)
+.or("false");
 static SPIN: Key = Key::new("spin", Kind::Flag, "Whether friction makes particles spin.").or("false");
 static INTEGRATOR: Key =
     Key::new("integrator", Kind::Table(&INTEGRATOR_SECTION), "Time integration inside a step.").or_from("verlet");
@@ -72,6 +78,7 @@ pub(super) static SECTION: Section = Section {
         &fields::MAGNETIC,
         &GRAVITY,
         &SPIN,
+        &CONTACT_FORCES,
         &INTEGRATOR,
         &SKIN,
         &POUR,
@@ -285,6 +292,7 @@ impl<'d> Bodies<'d> {
         let drag = contact::drag(&table, &DRAG);
         let bonds = bonds::read(&table);
         let fields = fields::read(&table);
+        let writes_contact_forces = table.flag(&CONTACT_FORCES);
         let (gravity_m_s2, spin, skin) = (table.vector(&GRAVITY), table.flag(&SPIN), table.number(&SKIN));
         if bonds.is_some() && !spin {
             table.reject_with(&bonds::BONDS, "bonds need particles that spin", Some("add spin = true".into()));
@@ -312,6 +320,7 @@ impl<'d> Bodies<'d> {
             temperature_k,
             reads_temperature: thermal_runs && contact.softening_rate > 0.0,
             reads_vapourised: heat.is_some_and(Enthalpy::changes_phase),
+            writes_contact_forces,
             writes_material: heat.is_some_and(|heat| heat.materials.len() > 1),
             substrate,
             contact,

@@ -33,6 +33,7 @@ pub fn settings(law: ContactLaw, density_kg_m3: f64, particles: &[Sphere]) -> Se
         reads_temperature: false,
         reads_vapourised: false,
         writes_material: false,
+        writes_contact_forces: false,
         substrate: None,
         contact: Contact {
             law,

@@ -36,6 +36,7 @@ fn members(integrator: Integrator, phi: f64) -> BTreeMap<String, Box<dyn Partici
         reads_temperature: true,
         reads_vapourised: false,
         writes_material: false,
+        writes_contact_forces: false,
         substrate: None,
         contact: Contact {
             law: ContactLaw::Overlap { stiffness_pa: STIFFNESS, exponent: 2.0 },

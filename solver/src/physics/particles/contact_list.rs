@@ -19,27 +19,29 @@ use super::{
 };
 use crate::physics::walls::{Motion, Pose};
 
-/// Ports of one list of contacts: indices, area, distance.
+/// Ports of one list of contacts: indices, area, distance; the force where it is asked for.
 #[derive(Debug)]
 pub(super) struct ContactPorts {
     pairs: Arc<Port>,
     area: Arc<Port>,
     distance: Arc<Port>,
+    force: Option<Arc<Port>>,
 }
 
 impl ContactPorts {
     /// Ports on `support`, their names beginning with `prefix`.
-    pub fn new(prefix: &str, support: &str) -> Self {
+    pub fn new(prefix: &str, support: &str, forces: bool) -> Self {
         let port = |name: &str, unit| Port::f64(&format!("{prefix}_{name}"), unit, support, 1, Measure::None);
         Self {
             pairs: Arc::new(Port::u32(&format!("{prefix}_pairs"), support, 2)),
             area: Arc::new(port("area", "m^2")),
             distance: Arc::new(port("distance", "m")),
+            force: forces.then(|| Arc::new(port("normal_force", "N"))),
         }
     }
 
-    pub fn all(&self) -> [&Arc<Port>; 3] {
-        [&self.pairs, &self.area, &self.distance]
+    pub fn all(&self) -> impl Iterator<Item = &Arc<Port>> {
+        [&self.pairs, &self.area, &self.distance].into_iter().chain(&self.force)
     }
 
     /// The list as fields. Where its pairs are those of `before` it keeps their revision, else it takes the next one.
@@ -56,6 +58,9 @@ impl ContactPorts {
         Ok(ContactList {
             area: Field::new(&self.area, revision, areas)?,
             distance: Field::new(&self.distance, revision, distances)?,
+            force: (self.force.as_ref())
+                .map(|port| Field::new(port, revision, found.iter().map(|contact| contact.force_n).collect::<Vec<_>>()))
+                .transpose()?,
             pairs,
             energy_per_modulus: found.iter().map(|contact| contact.energy_per_modulus).collect(),
             bonds_j: found.iter().map(|contact| contact.other_j[0]).sum(),
@@ -72,6 +77,8 @@ pub(super) struct Found {
     pair: [u32; 2],
     area_m2: f64,
     distance_m: f64,
+    /// Elastic normal force Ψ, in N.
+    force_n: f64,
     energy_per_modulus: f64,
     /// Energy of the bond and of the tangential spring, in J.
     other_j: [f64; 2],
@@ -96,6 +103,8 @@ pub(super) struct ContactList {
     pub pairs: Field,
     pub area: Field,
     pub distance: Field,
+    /// Elastic normal forces, where they are written.
+    pub force: Option<Field>,
     /// Elastic energy over the contact's modulus, in m³ (m² for the linear law).
     pub energy_per_modulus: Vec<f64>,
     /// Potential of the bonds, in J.
@@ -107,8 +116,8 @@ pub(super) struct ContactList {
 }
 
 impl ContactList {
-    pub fn fields(&self) -> [&Field; 3] {
-        [&self.pairs, &self.area, &self.distance]
+    pub fn fields(&self) -> impl Iterator<Item = &Field> {
+        [&self.pairs, &self.area, &self.distance].into_iter().chain(&self.force)
     }
 
     /// Σ energy, each contact's energy per modulus times `modulus(pair)`, in J; without bonds and springs.
@@ -182,6 +191,7 @@ impl Particles {
                         pair: [row_i.min(row_j), row_i.max(row_j)],
                         area_m2: touch.area_m2,
                         distance_m,
+                        force_n: secant_n_m * overlap,
                         energy_per_modulus: self.law.pair_energy(overlap, radius_i, radius_j),
                         other_j: [bond, spring_energy(pair, secant_n_m, spring)],
                         relative_overlap: overlap / radius_i.min(radius_j),
@@ -234,6 +244,7 @@ impl Particles {
                         pair: [at.bodies.rows[i], encounter.wall],
                         area_m2: contact.area_m2,
                         distance_m: touch.distance.abs(),
+                        force_n: secant_n_m * overlap,
                         energy_per_modulus: self.law.wall_energy(overlap, radius),
                         other_j: [bond, spring_energy(pair, secant_n_m, spring)],
                         relative_overlap: overlap / radius,

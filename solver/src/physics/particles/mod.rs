@@ -169,8 +169,8 @@ impl Particles {
             radii: Arc::new(Port::f64("radii", "m", "particles", 1, Measure::None)),
             ids: Arc::new(Port::u32("ids", "particles", 1)),
             material: Arc::new(Port::u32("material", "particles", 1)),
-            contact_ports: ContactPorts::new("contact", "contacts"),
-            wall_contact_ports: ContactPorts::new("wall_contact", "wall-contacts"),
+            contact_ports: ContactPorts::new("contact", "contacts", settings.writes_contact_forces),
+            wall_contact_ports: ContactPorts::new("wall_contact", "wall-contacts", settings.writes_contact_forces),
             wall_load_ports: WallLoadPorts::new(),
             settings,
         };
@@ -459,7 +459,7 @@ impl Particles {
             self.vectors(&self.velocities, state, &state.motion.velocities)?,
             Field::new(&self.radii, revision, bodies.in_rows(&bodies.radii))?,
         ];
-        let lists = state.contacts.fields().into_iter().chain(state.wall_contacts.fields());
+        let lists = state.contacts.fields().chain(state.wall_contacts.fields());
         for field in motion.into_iter().chain(self.identities(state)?).chain(lists.cloned()) {
             fields.insert(field.name().into(), field);
         }
@@ -512,7 +512,7 @@ impl Physics for Particles {
 
     fn ports(&self) -> Ports {
         let written = [&self.positions, &self.velocities, &self.radii].into_iter();
-        let lists = self.contact_ports.all().into_iter().chain(self.wall_contact_ports.all());
+        let lists = self.contact_ports.all().chain(self.wall_contact_ports.all());
         let ids = self.come_and_go().then_some(&self.ids);
         let loads = self.settings.substrate.map(|_| self.wall_load_ports.written()).into_iter().flatten();
         let material = self.settings.writes_material.then_some(&self.material);

@@ -31,6 +31,8 @@ pub struct Settings {
     pub reads_vapourised: bool,
     /// True where `material` is written, the place of each particle's material in [`Self::materials`]: somebody reads it.
     pub writes_material: bool,
+    /// True where the elastic normal force of each contact is written, for pictures and exports.
+    pub writes_contact_forces: bool,
     /// What a substrate under a wall asks of the particles; `None` where there is none.
     pub substrate: Option<OnSubstrate>,
     /// Contact between particles, and between particles and walls.

@@ -165,6 +165,7 @@ fn bed(settings: &Settings, bodies: &Bodies, loose: &[Vec3]) -> Settings {
         reads_temperature: false,
         reads_vapourised: false,
         writes_material: false,
+        writes_contact_forces: false,
         substrate: None,
         bond: None,
         bonds: None,
