@@ -2,14 +2,17 @@
 
 use std::path::PathBuf;
 
+use crate::frame::Marks;
+
 /// How to call the program.
 pub const USAGE: &str = "\
-usage: stagger-view FILE|- [--save OUT.rrd | --connect URL] [--contacts]
+usage: stagger-view FILE|- [--save OUT.rrd | --connect URL] [--contacts] [--velocities]
 
   FILE         a recording (.mcap); `-` reads the stream of a run under way from standard input
   --save       writes a Rerun recording instead of starting a viewer
   --connect    sends to a viewer that runs already, such as rerun+http://127.0.0.1:9876/proxy
-  --contacts   draws contacts as lines between the centres, and the particles smaller";
+  --contacts   draws contacts as lines between the centres, and the particles smaller
+  --velocities draws velocities as arrows, the longest of the run six radii long";
 
 /// What is asked for.
 #[derive(Debug, PartialEq, Eq)]
@@ -18,8 +21,8 @@ pub struct Arguments {
     pub input: Option<PathBuf>,
     /// Where the pictures go.
     pub target: Target,
-    /// Whether contacts are drawn.
-    pub contacts: bool,
+    /// What is drawn besides.
+    pub marks: Marks,
 }
 
 /// Where the pictures go.
@@ -36,12 +39,16 @@ pub enum Target {
 /// Reads the command line without the program's name; an error is a sentence to print above the usage.
 pub fn parse(arguments: impl IntoIterator<Item = String>) -> Result<Arguments, String> {
     let mut arguments = arguments.into_iter();
-    let (mut input, mut target, mut contacts) = (None, None, false);
+    let (mut input, mut target, mut marks) = (None, None, Marks::default());
     while let Some(argument) = arguments.next() {
         let mut value = || arguments.next().ok_or(format!("`{argument}` needs a value"));
         let chosen = match argument.as_str() {
             "--contacts" => {
-                contacts = true;
+                marks.contacts = true;
+                continue;
+            }
+            "--velocities" => {
+                marks.velocities = true;
                 continue;
             }
             "--save" => Target::File(value()?.into()),
@@ -60,7 +67,7 @@ pub fn parse(arguments: impl IntoIterator<Item = String>) -> Result<Arguments, S
     }
     let input = input.ok_or("a recording is missing")?;
     let input = (input != "-").then(|| input.into());
-    Ok(Arguments { input, target: target.unwrap_or(Target::Viewer), contacts })
+    Ok(Arguments { input, target: target.unwrap_or(Target::Viewer), marks })
 }
 
 #[cfg(test)]
@@ -73,9 +80,13 @@ mod tests {
 
     #[test]
     fn files_streams_and_targets_are_understood() {
-        let expected = Arguments { input: None, target: Target::File("out.rrd".into()), contacts: true };
-        assert_eq!(parsed("- --save out.rrd --contacts"), Ok(expected));
-        let expected = Arguments { input: Some("run.mcap".into()), target: Target::Viewer, contacts: false };
+        let expected = Arguments {
+            input: None,
+            target: Target::File("out.rrd".into()),
+            marks: Marks { contacts: true, velocities: true },
+        };
+        assert_eq!(parsed("- --save out.rrd --contacts --velocities"), Ok(expected));
+        let expected = Arguments { input: Some("run.mcap".into()), target: Target::Viewer, marks: Marks::default() };
         assert_eq!(parsed("run.mcap"), Ok(expected));
     }
 

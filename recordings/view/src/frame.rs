@@ -11,6 +11,10 @@ use crate::{
 
 /// Size at which particles are drawn among their contacts.
 const CONTACTS_SIZE: f64 = 0.4;
+/// Length of the arrow of the fastest particle of the run, in radii.
+const LONGEST_ARROW: f64 = 6.0;
+/// Half the width of the line of the largest contact force, in radii.
+const WIDEST_LINE: f64 = 0.4;
 /// Room above the powder for what still falls at the start, in widths of the powder.
 const HEADROOM: f64 = 0.4;
 /// Height that powder which is going to fall is given in the view, in its widths.
@@ -56,6 +60,15 @@ pub struct Overview {
     pub duration_s: Option<f64>,
 }
 
+/// What is drawn besides.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Marks {
+    /// Lines between particles in contact.
+    pub contacts: bool,
+    /// Velocities as arrows.
+    pub velocities: bool,
+}
+
 /// One picture.
 #[derive(Clone, Debug, Default)]
 pub struct Frame {
@@ -73,6 +86,10 @@ pub struct Frame {
     pub rays: Vec<Vec<[f32; 3]>>,
     /// Lines between the centres of particles in contact.
     pub contacts: Vec<[[f32; 3]; 2]>,
+    /// The same where their forces are known, and the lines' widths.
+    pub forces: (Vec<[[f32; 3]; 2]>, Vec<f32>),
+    /// Velocities as arrows from the centres.
+    pub velocities: Vec<[f32; 3]>,
     /// The beam, where it is on.
     pub beam: Option<Beam>,
 }
@@ -149,14 +166,16 @@ impl Overview {
     }
 
     /// The picture of a state.
-    pub fn frame(&self, fields: &Fields, contacts: bool) -> Frame {
+    pub fn frame(&self, fields: &Fields, marks: Marks) -> Frame {
         let scaled = |length: &f64| (length * self.unit.per_metre) as f32;
         let (centres, _) = f64s(fields, "positions").unwrap_or_default().as_chunks::<3>();
         let centres: Vec<[f32; 3]> = centres.iter().map(|[x, y, z]| [x, y, z].map(scaled)).collect();
         // Whole particles would hide the lines between them.
-        let size = if contacts { CONTACTS_SIZE } else { 1.0 };
+        let size = if marks.contacts || marks.velocities { CONTACTS_SIZE } else { 1.0 };
         let radii = f64s(fields, "radii").unwrap_or_default().iter().map(|radius| scaled(&(radius * size))).collect();
-        let contacts = if contacts { lines(fields, &centres) } else { Vec::new() };
+        let contacts = if marks.contacts { lines(fields, &centres) } else { Vec::new() };
+        let velocities = if marks.velocities { self.arrows(fields) } else { Vec::new() };
+        let forces = self.forces(fields, &centres);
         let mut colours = self.layers.colours(fields);
         let (mut ground, mut ground_radius) = (Vec::new(), 0.0);
         if let Some(grid) = Grid::of(fields) {
@@ -169,7 +188,39 @@ impl Overview {
             }
         }
         let rays = RAYS.into_iter().flat_map(|name| self.rays(fields, name)).collect();
-        Frame { centres, radii, colours, ground, ground_radius, rays, contacts, beam: self.beam(fields) }
+        Frame {
+            centres,
+            radii,
+            colours,
+            ground,
+            ground_radius,
+            rays,
+            contacts,
+            forces,
+            velocities,
+            beam: self.beam(fields),
+        }
+    }
+
+    /// The way of each particle in the time in which the fastest of the run goes some radii.
+    fn arrows(&self, fields: &Fields) -> Vec<[f32; 3]> {
+        let (velocities, _) = f64s(fields, "velocities").unwrap_or_default().as_chunks::<3>();
+        let time_s = LONGEST_ARROW * mean_radius_m(fields) / self.layers.fastest_m_s.max(f64::MIN_POSITIVE);
+        let way = |velocity: &[f64; 3]| velocity.map(|component| (component * time_s * self.unit.per_metre) as f32);
+        velocities.iter().map(way).collect()
+    }
+
+    /// Lines between particles in contact, the wider the larger their force.
+    fn forces(&self, fields: &Fields, centres: &[[f32; 3]]) -> (Vec<[[f32; 3]; 2]>, Vec<f32>) {
+        let (Some(forces), Some(layer)) =
+            (f64s(fields, "contact_normal_force"), self.layers.iter().find(|layer| layer.quantity.on == On::Contacts))
+        else {
+            return (Vec::new(), Vec::new());
+        };
+        let widest = WIDEST_LINE * mean_radius_m(fields) * self.unit.per_metre;
+        let largest = layer.range.max.max(f64::MIN_POSITIVE);
+        let width = |force: &f64| (widest * (force / largest).clamp(0.0, 1.0).sqrt()) as f32;
+        (lines(fields, centres), forces.iter().map(width).collect())
     }
 
     /// Paths of the rays of one kind. A path that ends early repeats its last point, and one that goes nowhere is no ray.
@@ -200,6 +251,11 @@ impl Overview {
     }
 }
 
+fn mean_radius_m(fields: &Fields) -> f64 {
+    let radii = f64s(fields, "radii").unwrap_or_default();
+    radii.iter().sum::<f64>() / radii.len().max(1) as f64
+}
+
 fn lines(fields: &Fields, centres: &[[f32; 3]]) -> Vec<[[f32; 3]; 2]> {
     let pairs = fields.get("contact_pairs").and_then(|field| field.u32().ok()).unwrap_or_default();
     let (pairs, _) = pairs.as_chunks::<2>();
@@ -223,6 +279,8 @@ mod tests {
     use stagger_messages::{Field, Measure, Port, Values, Version};
 
     use super::*;
+
+    const BOTH: Marks = Marks { contacts: true, velocities: true };
     use crate::colour::Scale;
 
     fn field(name: &str, unit: &str, support: &str, components: u32, values: impl Into<Values>) -> (String, Field) {
@@ -251,12 +309,31 @@ mod tests {
     }
 
     #[test]
+    fn the_fastest_particle_has_the_longest_arrow_and_the_largest_force_the_widest_line() {
+        let mut step = step();
+        let pairs = Field::new(&Arc::new(Port::u32("contact_pairs", "contacts", 2)), 0, vec![0u32, 1, 1, 0]).unwrap();
+        step.fields.insert("contact_pairs".into(), pairs);
+        step.fields.extend([
+            field("velocities", "m/s", "particles", 3, vec![0.0, 0.0, -2.0, 1.0, 0.0, 0.0]),
+            field("contact_normal_force", "N", "contacts", 1, vec![4.0, 1.0]),
+        ]);
+        let mut layers = Layers::default();
+        layers.include(&step.fields);
+        let frame = Overview::new(&step, layers, None).unwrap().frame(&step.fields, BOTH);
+        // Six mean radii of 15 µm for 2 m/s.
+        assert_eq!(frame.velocities, [[0.0, 0.0, -90.0], [45.0, 0.0, 0.0]]);
+        // As the square root of the force, the widest 0.4 radii to either side.
+        assert_eq!(frame.forces.1, [6.0, 3.0]);
+        assert_eq!((frame.forces.0.len(), frame.colours[1].len()), (2, 2));
+    }
+
+    #[test]
     fn a_small_scene_is_drawn_in_units_of_its_size() {
         let overview = Overview::new(&step(), layers(), bounds_m(&step().fields)).unwrap();
         assert_eq!(overview.unit.symbol, "µm");
-        let frame = overview.frame(&step().fields, true);
+        let frame = overview.frame(&step().fields, BOTH);
         assert_eq!(frame.radii, [4.0, 8.0]);
-        assert_eq!(overview.frame(&step().fields, false).radii, [10.0, 20.0]);
+        assert_eq!(overview.frame(&step().fields, Marks::default()).radii, [10.0, 20.0]);
         let range = overview.layers.iter().next().unwrap().range;
         assert_eq!(frame.colours, [[300.0, 400.0].map(|kelvin| range.colour(kelvin, Scale::Linear))]);
         let spot = [100.0, 0.0, 0.0];
@@ -276,7 +353,7 @@ mod tests {
         // As many, but one has gone and another come.
         fields.insert("temperature".into(), Field::new(&port, 1, vec![300.0, 400.0]).unwrap());
         let overview = Overview::new(&step(), layers(), None).unwrap();
-        let frame = overview.frame(&fields, false);
+        let frame = overview.frame(&fields, Marks::default());
         assert_eq!((frame.centres.len(), frame.radii.len(), frame.colours[0].len()), (2, 2, 0));
         // None left: nothing is drawn, and nothing fails.
         let none = fields.into_values().map(|field| {
@@ -286,7 +363,7 @@ mod tests {
         });
         let none: Fields = none.collect();
         assert!(bounds_m(&none).is_none());
-        let frame = overview.frame(&none, true);
+        let frame = overview.frame(&none, BOTH);
         assert!(frame.centres.is_empty() && frame.colours[0].is_empty() && frame.contacts.is_empty());
     }
 
@@ -318,7 +395,7 @@ mod tests {
         let mut fields = step().fields;
         fields.extend([field("beam_power", "W", "beam", 1, vec![0.0])]);
         let overview = Overview::new(&step(), layers(), None).unwrap();
-        assert_eq!(overview.frame(&fields, false).beam, None);
+        assert_eq!(overview.frame(&fields, Marks::default()).beam, None);
     }
 
     #[test]
@@ -333,7 +410,7 @@ mod tests {
         let mut layers = Layers::default();
         layers.include(&step.fields);
         let overview = Overview::new(&step, layers, bounds_m(&step.fields)).unwrap();
-        let frame = overview.frame(&step.fields, false);
+        let frame = overview.frame(&step.fields, Marks::default());
         assert_eq!(frame.rays, [vec![[0.0, 0.0, 1000.0], [0.0, 0.0, 200.0], [100.0, 0.0, 200.0]]]);
         assert_eq!((frame.ground.len(), frame.colours[1].len()), (2, 2));
         assert!((frame.ground_radius - 100.0).abs() < 1e-3);

@@ -30,6 +30,8 @@ pub enum On {
     Particles,
     /// The points of a grid.
     Grid,
+    /// Lines between particles in contact.
+    Contacts,
 }
 
 const TEMPERATURE: Quantity = Quantity {
@@ -61,6 +63,16 @@ const STRESS: Quantity = Quantity {
     scale: Scale::Decades,
 };
 
+const FORCE: Quantity = Quantity {
+    name: "normal force of contacts",
+    unit: "N",
+    path: "forces",
+    title: "Contact forces",
+    curves: "plots/forces",
+    on: On::Contacts,
+    scale: Scale::Linear,
+};
+
 /// A quantity with its range.
 #[derive(Clone, Copy, Debug)]
 pub struct Layer {
@@ -72,11 +84,16 @@ pub struct Layer {
 
 /// The layers of a run, as far as its states have shown them; the particles' own comes first.
 #[derive(Clone, Debug, Default)]
-pub struct Layers(Vec<Layer>);
+pub struct Layers {
+    list: Vec<Layer>,
+    /// Largest speed of a particle, in m/s.
+    pub fastest_m_s: f64,
+}
 
 impl Layers {
     /// Widens the ranges so that a state fits.
     pub fn include(&mut self, fields: &Fields) {
+        self.meet(fields);
         for (quantity, values) in values(fields) {
             self.of(quantity).range.include(&values);
         }
@@ -84,6 +101,7 @@ impl Layers {
 
     /// Widens the ranges by strides so that a state fits (see [`Range::grow`]); returns whether one had to.
     pub fn grow(&mut self, fields: &Fields) -> bool {
+        self.meet(fields);
         let mut grown = false;
         for (quantity, values) in values(fields) {
             let mut seen = Range::EMPTY;
@@ -93,17 +111,22 @@ impl Layers {
         grown
     }
 
+    fn meet(&mut self, fields: &Fields) {
+        let fastest = speeds(fields).unwrap_or_default().into_iter().fold(0.0, f64::max);
+        self.fastest_m_s = self.fastest_m_s.max(fastest);
+    }
+
     fn of(&mut self, quantity: &'static Quantity) -> &mut Layer {
-        let place = self.0.iter().position(|layer| layer.quantity == quantity).unwrap_or_else(|| {
-            self.0.push(Layer { quantity, range: Range::EMPTY });
-            self.0.len() - 1
+        let place = self.list.iter().position(|layer| layer.quantity == quantity).unwrap_or_else(|| {
+            self.list.push(Layer { quantity, range: Range::EMPTY });
+            self.list.len() - 1
         });
-        &mut self.0[place]
+        &mut self.list[place]
     }
 
     /// Each layer.
     pub fn iter(&self) -> impl Iterator<Item = &Layer> {
-        self.0.iter()
+        self.list.iter()
     }
 
     /// Colours of a state, by layer. A layer the state knows nothing of has none.
@@ -128,15 +151,17 @@ pub fn values(fields: &Fields) -> Vec<(&'static Quantity, Vec<f64>)> {
         let of_others = fields.get("positions").is_some_and(|field| field.support != fields[name].support);
         Some(if of_others { Vec::new() } else { values.to_vec() })
     };
-    let speeds = || {
-        let (velocities, _) = f64s(fields, "velocities")?.as_chunks::<3>();
-        Some(velocities.iter().map(|[x, y, z]| x.hypot(*y).hypot(*z)).collect())
-    };
     let own = of_particles("temperature").map(|values| (&TEMPERATURE, values));
-    let own = own.or_else(|| speeds().map(|values| (&SPEED, values)));
+    let own = own.or_else(|| speeds(fields).map(|values| (&SPEED, values)));
     let current = of_particles("current_density").map(|values| (&CURRENT, values));
     let stress = f64s(fields, "stress_deviator_norm").map(|values| (&STRESS, values.to_vec()));
-    own.into_iter().chain(current).chain(stress).collect()
+    let forces = f64s(fields, "contact_normal_force").map(|values| (&FORCE, values.to_vec()));
+    own.into_iter().chain(current).chain(stress).chain(forces).collect()
+}
+
+fn speeds(fields: &Fields) -> Option<Vec<f64>> {
+    let (velocities, _) = f64s(fields, "velocities")?.as_chunks::<3>();
+    Some(velocities.iter().map(|[x, y, z]| x.hypot(*y).hypot(*z)).collect())
 }
 
 /// Values of a field of numbers.
@@ -188,7 +213,7 @@ mod tests {
         ]);
         let mut layers = Layers::default();
         assert!(layers.grow(&fields) && !layers.grow(&fields));
-        let [layer] = layers.0.as_slice() else { panic!("one layer, not {layers:?}") };
+        let [layer] = layers.list.as_slice() else { panic!("one layer, not {layers:?}") };
         assert_eq!((layer.quantity.name, layer.range.min), ("temperature", 300.0));
     }
 }

@@ -17,7 +17,7 @@ use std::{
 };
 
 use arguments::Arguments;
-use frame::{Overview, bounds_m};
+use frame::{Marks, Overview, bounds_m};
 use layers::Layers;
 use plots::Plots;
 use show::{Moment, Show};
@@ -94,7 +94,7 @@ struct Player {
     overview: Option<Overview>,
     /// Whether the colours' range is known to hold for the whole run.
     surveyed: bool,
-    contacts: bool,
+    marks: Marks,
 }
 
 impl Player {
@@ -102,7 +102,7 @@ impl Player {
         let show = Show::open(&arguments.target, &info.run)?;
         show.text(description(info))?;
         let (steps, plots) = (Steps::default(), Plots::default());
-        Ok(Self { show, steps, plots, overview: None, surveyed: false, contacts: arguments.contacts })
+        Ok(Self { show, steps, plots, overview: None, surveyed: false, marks: arguments.marks })
     }
 
     fn set_up(&mut self, overview: Overview) -> Result<(), Box<dyn Error>> {
@@ -158,7 +158,7 @@ impl Player {
             }
             let iteration = self.steps.accounts().iterations();
             let moment = Moment { t_s: step.t_s, step: step.version.step, iteration };
-            let frame = overview.frame(&step.fields, self.contacts);
+            let frame = overview.frame(&step.fields, self.marks);
             self.show.frame(frame, &overview.layers, moment)?;
             self.show.points(&self.plots.state(step), moment)?;
         }

@@ -6,7 +6,7 @@ use std::{
 };
 
 use rerun::{
-    AsComponents, Clear, Color, Image, LineStrips3D, Mesh3D, Points2D, Points3D, RecordingStream,
+    Arrows3D, AsComponents, Clear, Color, Image, LineStrips3D, Mesh3D, Points2D, Points3D, RecordingStream,
     RecordingStreamBuilder, RecordingStreamError, Scalars, SeriesLines, SpawnError, SpawnOptions, TextDocument,
     ViewCoordinates,
     blueprint::components::{BackgroundKind, ContainerKind, Corner2D, Eye3DKind, PanelState, PlayState},
@@ -145,6 +145,17 @@ impl Show {
             let (places, before) = match layer.quantity.on {
                 On::Particles => (&frame.centres, &self.drawn.centres),
                 On::Grid => (&frame.ground, &self.drawn.ground),
+                On::Contacts => {
+                    if frame.forces != self.drawn.forces {
+                        let (lines, widths) = &frame.forces;
+                        let colours = frame.colours.get(number).unwrap_or(&none).iter();
+                        let lines = LineStrips3D::new(lines.iter().copied())
+                            .with_radii(widths.iter().copied())
+                            .with_colors(colours.map(|[red, green, blue]| Color::from_rgb(*red, *green, *blue)));
+                        self.stream.log(format!("{}/lines", layer.quantity.path), &lines)?;
+                    }
+                    continue;
+                }
             };
             let mut points = Points3D::update_fields();
             if places != before {
@@ -172,6 +183,13 @@ impl Show {
             let width = frame.radii.first().map_or(1.0, |radius| 0.25 * radius);
             let lines = lines.with_radii([width]).with_colors([Color::from_rgb(0x50, 0x50, 0x58)]);
             self.stream.log("world/contacts", &lines)?;
+        }
+        if frame.velocities != self.drawn.velocities {
+            let arrows = Arrows3D::from_vectors(frame.velocities.iter().copied())
+                .with_origins(frame.centres.iter().copied())
+                .with_radii([frame.radii.first().map_or(1.0, |radius| 0.2 * radius)])
+                .with_colors([Color::from_rgb(0x20, 0x60, 0x90)]);
+            self.stream.log("world/velocities", &arrows)?;
         }
         if frame.rays != self.drawn.rays {
             let lines = LineStrips3D::new(frame.rays.iter());
@@ -317,6 +335,7 @@ impl Window<'_> {
     fn scene(&mut self, layer: &Layer) -> Result<(Uuid, String), ShowError> {
         let (what, view) = match layer.quantity.on {
             On::Particles => ("Particles", self.overview.view),
+            On::Contacts => ("Contacts", self.overview.view),
             On::Grid => ("Ground", self.overview.ground.unwrap_or(self.overview.view)),
         };
         let [eye, target] = layout::camera(view);
