@@ -55,7 +55,7 @@ pub fn ports(scene: &Scene) -> Result<(BTreeMap<String, Ports>, Vec<String>), Ro
                 let built = participant(&quick, &node, &kind)?;
                 ports.insert(node, built.ports());
             }
-            Runs::Command(_) => commands.push(node),
+            Runs::Command(_) | Runs::Recorded(_) => commands.push(node),
         }
     }
     Ok((ports, commands))

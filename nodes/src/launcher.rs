@@ -121,6 +121,11 @@ impl Worker {
 pub(crate) fn command(name: &str, runs: &Runs, common: &Common) -> std::io::Result<Command> {
     let mut command = match runs {
         Runs::Physics(kind) => built_in(name, kind, common)?,
+        Runs::Recorded(file) => {
+            let mut command = built_in(name, name, common)?;
+            command.arg("--replayed").arg(file);
+            command
+        }
         Runs::Command(words) => plug_in(words),
     };
     command

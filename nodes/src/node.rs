@@ -12,6 +12,7 @@ use stagger_solver::{coupling::Participant, scene::Scene};
 use crate::{
     host::{Event, Host, HostError, Identity, NodeEnd},
     link::{Link, LinkError, Role},
+    replayed::{Replayed, ReplayedError},
     roster::{RosterError, participant},
 };
 
@@ -33,6 +34,8 @@ pub struct Options {
     pub child: bool,
     /// Zenoh configuration file.
     pub config: Option<PathBuf>,
+    /// Recording whose node of this name answers instead of the physics.
+    pub replayed: Option<PathBuf>,
 }
 
 /// Why a node ended in failure.
@@ -41,6 +44,9 @@ pub enum NodeError {
     /// It cannot be built.
     #[error(transparent)]
     Roster(#[from] RosterError),
+    /// Its recording cannot be replayed.
+    #[error(transparent)]
+    Replayed(#[from] ReplayedError),
     /// The link failed.
     #[error(transparent)]
     Link(#[from] LinkError),
@@ -69,7 +75,10 @@ pub fn told(end: Result<NodeEnd, NodeError>, node: &str, child: bool) -> Result<
 /// # Errors
 /// It cannot be built or connected, or it fails.
 pub fn run(scene: &Scene, options: &Options) -> Result<NodeEnd, NodeError> {
-    let participant = participant(scene, &options.name, &options.kind)?;
+    let participant = match &options.replayed {
+        Some(file) => Box::new(Replayed::open(file, &options.name)?),
+        None => participant(scene, &options.name, &options.kind)?,
+    };
     let identity = Identity { run: options.run.clone(), node: options.name.clone(), scene_hash: scene.hash };
     take_part(participant, identity, &options.connect, options.config.as_deref(), options.child)
 }

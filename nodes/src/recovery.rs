@@ -2,6 +2,7 @@
 
 use std::{
     collections::BTreeMap,
+    sync::Arc,
     time::{Duration, Instant},
 };
 
@@ -9,7 +10,7 @@ use serde::Serialize;
 use stagger_messages::{Manifest, Plan};
 use stagger_solver::{
     SolveError,
-    coupling::{self, Course, End},
+    coupling::{self, Course, End, Precedent},
     scene::Scene,
 };
 
@@ -58,7 +59,8 @@ pub fn gather(
     }
 }
 
-/// Runs a scene over nodes that are there, from its start or from the checkpoint `remote` holds.
+/// Runs a scene over nodes that are there, from its start or from the checkpoint `remote` holds, on the course of
+/// `precedent` where there is one.
 ///
 /// # Errors
 /// A node fails, or dies more often than the scene allows; the step control gives up.
@@ -67,6 +69,7 @@ pub fn conduct(
     remote: &mut Remote<'_>,
     manifests: &BTreeMap<String, Manifest>,
     monitor: &mut Monitor,
+    precedent: Option<&Arc<Precedent>>,
     patience: Duration,
     restarts: &mut Vec<Restart>,
 ) -> Result<End, RunError> {
@@ -76,6 +79,9 @@ pub fn conduct(
     let mut since = None;
     loop {
         let mut course = course(scene, remote, &mut plan, manifests, monitor)?;
+        if let Some(precedent) = precedent {
+            course.control.follow(Arc::clone(precedent));
+        }
         let driven = coupling::drive(remote, &plan, &mut course, steps, monitor);
         if let (Some(since), Some(ready_at), Some(restart)) = (since.take(), monitor.ready_at(), restarts.last_mut()) {
             restart.outage_s = ready_at.saturating_duration_since(since).as_secs_f64();

@@ -1,6 +1,6 @@
 //! The nodes of a scene, and the participant behind each.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, path::PathBuf};
 
 use stagger_solver::{
     SolveError,
@@ -19,6 +19,8 @@ pub enum Runs {
     Physics(String),
     /// A command that speaks the protocol.
     Command(Vec<String>),
+    /// A node of that name in a recording, which answers as it did.
+    Recorded(PathBuf),
 }
 
 /// Why a node cannot be built.

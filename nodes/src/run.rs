@@ -13,7 +13,7 @@ use std::{
 use stagger_messages::{Checkpoint, Manifest, keys};
 use stagger_recordings::{Exchange, Level, Recorder, RecorderOptions, RecordingError, RunInfo};
 use stagger_solver::{
-    coupling::{End, Ensemble as _},
+    coupling::{End, Ensemble as _, Precedent},
     scene::{self, Scene},
 };
 
@@ -25,6 +25,7 @@ use crate::{
     link::{Arrival, Declared, Link, LinkError, Role},
     monitor::Monitor,
     recovery::{self, Restart},
+    replayed::{Replayed, ReplayedError, Replays},
     roster::{RosterError, Runs, participant, roster},
     summary::{self, FinalField, Recorded, Summary},
     view,
@@ -52,6 +53,8 @@ pub struct Options {
     pub threads: Option<usize>,
     /// Nodes replaced by commands.
     pub commands: BTreeMap<String, Vec<String>>,
+    /// Nodes replaced by recorded ones.
+    pub replays: Replays,
     /// The bridge to show the run in while it goes on.
     pub view: Option<PathBuf>,
     /// Where nodes started by hand are met; `None` starts them all here.
@@ -79,6 +82,9 @@ pub enum Failed {
     /// A node that cannot be built.
     #[error(transparent)]
     Roster(#[from] RosterError),
+    /// A recorded node that cannot stand in.
+    #[error(transparent)]
+    Replayed(#[from] ReplayedError),
     /// The viewer.
     #[error(transparent)]
     View(#[from] view::ViewError),
@@ -106,6 +112,7 @@ fn io(what: impl Into<String>) -> impl FnOnce(std::io::Error) -> Failed {
 pub fn run(scene: &Scene, options: Options, interrupted: &Arc<AtomicBool>) -> Result<Summary, Failed> {
     let mut nodes = roster(scene);
     nodes.extend(options.commands.iter().map(|(node, command)| (node.clone(), Runs::Command(command.clone()))));
+    nodes.extend(options.replays.files.iter().map(|(node, file)| (node.clone(), Runs::Recorded(file.clone()))));
     let run = options.name.clone().unwrap_or_else(|| run_name(&options.scene));
     let (role, endpoint) = match &options.by_hand {
         Some(role) => (role.clone(), None),
@@ -141,6 +148,7 @@ pub fn run(scene: &Scene, options: Options, interrupted: &Arc<AtomicBool>) -> Re
         for (node, runs) in &nodes {
             match runs {
                 Runs::Physics(kind) => participants.insert(node.clone(), participant(scene, node, kind)?),
+                Runs::Recorded(file) => participants.insert(node.clone(), Box::new(Replayed::open(file, node)?)),
                 Runs::Command(_) => return Err(RosterError::Kind(format!("{node} (a command, in one process)")).into()),
             };
         }
@@ -159,7 +167,8 @@ pub fn run(scene: &Scene, options: Options, interrupted: &Arc<AtomicBool>) -> Re
     let resume = options.resume.clone();
     let mut remote = Remote::new(link.clone(), &run, names, hang, resume, keeper.as_mut())?;
     let mut restarts = Vec::new();
-    let ended = conduct(scene, &mut remote, &mut records, &mut monitor, patience, &mut restarts);
+    let precedent = options.replays.precedent.as_ref();
+    let ended = conduct(scene, &mut remote, &mut records, &mut monitor, precedent, patience, &mut restarts);
     let wall_s = monitor.finish();
     if let Err(error) = &ended {
         // The nodes may be gone themselves; the error above is the one to tell.
@@ -199,12 +208,13 @@ fn conduct(
     remote: &mut Remote<'_>,
     records: &mut Records,
     monitor: &mut Monitor,
+    precedent: Option<&Arc<Precedent>>,
     patience: Duration,
     restarts: &mut Vec<Restart>,
 ) -> Result<End, RunError> {
     let manifests = recovery::gather(scene, remote, patience, restarts)?;
     records.manifests(&manifests);
-    recovery::conduct(scene, remote, &manifests, monitor, patience, restarts)
+    recovery::conduct(scene, remote, &manifests, monitor, precedent, patience, restarts)
 }
 
 fn join(names: &BTreeSet<String>) -> String {

@@ -1,10 +1,13 @@
 //! `stagger verify`: solves every node again from the recorded frozen fields and compares with what it answered.
 
+mod plugged;
+
 use std::collections::BTreeMap;
 
 use stagger_messages::{
     Checkpoint, Decision, Directive, Envelope, Field, Iterate, MessageError, Plan, Snapshot, Verdict, Version,
-    codec::Received, directive,
+    codec::{self, Received},
+    directive,
 };
 use stagger_recordings::{Body, Recording, RecordingError};
 use stagger_solver::{
@@ -13,7 +16,10 @@ use stagger_solver::{
     scene::Problems,
 };
 
+use plugged::Plugged;
+
 use crate::{
+    conformance::heard::Fault,
     roster::{RosterError, Runs, participant, roster},
     scene_files, summary,
 };
@@ -37,8 +43,20 @@ pub enum VerifyError {
     #[error(transparent)]
     Message(#[from] MessageError),
     /// It has no node of that name.
-    #[error("the recording has no node `{0}` that can be solved here: it has {1}")]
+    #[error(
+        "the recording has no node `{0}` that can be solved here: it has {1}; --with COMMAND solves one by another program"
+    )]
     NoNode(String, String),
+    /// The program in the place of a node does not answer as one.
+    #[error("`{node}` by its own program, at {at}: expected {}; found {}", .fault.expected, .fault.found)]
+    Plugged {
+        /// The node.
+        node: String,
+        /// What it was asked for.
+        at: String,
+        /// What is wrong.
+        fault: Fault,
+    },
     /// The frozen fields of an iteration are not in it.
     #[error(
         "`{node}` cannot be solved again for {version}: the recording lacks a field it read. \
@@ -84,6 +102,8 @@ pub struct Verified {
     pub hash: Option<String>,
     /// Whether the recording reaches the end of its run.
     pub complete: bool,
+    /// Why the recording cannot be read to its end: what precedes that point is verified.
+    pub damage: Option<String>,
 }
 
 /// Verifies a recording: every node, or only `node`; `tolerance` is the largest relative difference, 0 for equal bits.
@@ -91,33 +111,19 @@ pub struct Verified {
 /// # Errors
 /// The recording cannot be read or its nodes not be built. A difference is no error but a result.
 pub fn verify(recording: &Recording, node: Option<&str>, tolerance: f64) -> Result<Verified, VerifyError> {
-    let info = &recording.info;
-    let scene = scene_files::recorded(info)?;
+    let scene = scene_files::recorded(&recording.info)?;
     let mut replay = Replay { tolerance, ..Replay::default() };
     let nodes = roster(&scene);
     for (name, runs) in &nodes {
         if let (Runs::Physics(kind), true) = (runs, node.is_none_or(|only| only == name)) {
-            replay.participants.insert(name.clone(), participant(&scene, name, kind)?);
+            replay.solvers.insert(name.clone(), Solver::Here(participant(&scene, name, kind)?));
         }
     }
-    if let (Some(node), true) = (node, replay.participants.is_empty()) {
-        let names: Vec<_> = nodes.keys().map(String::as_str).collect();
-        return Err(VerifyError::NoNode(node.into(), names.join(", ")));
+    if let (Some(node), true) = (node, replay.solvers.is_empty()) {
+        return Err(no_node(node, nodes.keys()));
     }
-    let mut messages = recording.messages()?;
-    for message in messages.by_ref() {
-        match message?.body {
-            Body::Field(received) => replay.receive(received),
-            Body::Directive(directive) => replay.follow(directive)?,
-            Body::Checkpoint(checkpoint) => replay.from = replay.from.take().or(Some(checkpoint)),
-            Body::Report(_) | Body::Manifest(_) => {}
-        }
-        if replay.result.difference.is_some() {
-            break;
-        }
-    }
-    replay.result.complete = messages.complete();
-    if replay.participants.len() == nodes.len() {
+    replay.run(recording)?;
+    if replay.solvers.len() == nodes.len() {
         let fields = replay.fields.iter().map(|((node, _), field)| (node.as_str(), vec![summary::of_field(field)]));
         let fields = summary::told_apart(fields);
         replay.result.hash = Some(summary::hash(&fields));
@@ -125,9 +131,46 @@ pub fn verify(recording: &Recording, node: Option<&str>, tolerance: f64) -> Resu
     Ok(replay.result)
 }
 
+/// Verifies the node `node` of a recording with the program `command` in its place, started as in a run. Everything that
+/// the recorded node was told goes to it over Zenoh.
+///
+/// # Errors
+/// As [`verify`]; or the program does not keep the protocol.
+pub fn verify_with(
+    recording: &Recording,
+    node: &str,
+    command: Vec<String>,
+    tolerance: f64,
+) -> Result<Verified, VerifyError> {
+    let scene = scene_files::recorded(&recording.info)?;
+    let plugged = Plugged::start(recording, scene, node, command).map_err(at(node, "its start".into()))?;
+    let mut replay = Replay { tolerance, ..Replay::default() };
+    replay.solvers.insert(node.into(), Solver::Plugged(Box::new(plugged)));
+    replay.run(recording)?;
+    Ok(replay.result)
+}
+
+fn at(node: &str, at: String) -> impl FnOnce(Fault) -> VerifyError {
+    let node = node.to_owned();
+    move |fault| VerifyError::Plugged { node, at, fault }
+}
+
+fn no_node<'n>(node: &str, nodes: impl Iterator<Item = &'n String>) -> VerifyError {
+    let names: Vec<_> = nodes.map(String::as_str).collect();
+    VerifyError::NoNode(node.into(), names.join(", "))
+}
+
+/// What solves a node again.
+enum Solver {
+    /// Its physics, in this process.
+    Here(Box<dyn Participant>),
+    /// A program of its own.
+    Plugged(Box<Plugged>),
+}
+
 #[derive(Default)]
 struct Replay {
-    participants: BTreeMap<String, Box<dyn Participant>>,
+    solvers: BTreeMap<String, Solver>,
     /// What each of them reads, as recorded.
     inboxes: BTreeMap<String, Inbox>,
     /// Fields recorded before the first trial.
@@ -153,28 +196,59 @@ struct Replay {
 }
 
 impl Replay {
-    fn receive(&mut self, received: Received) {
+    fn run(&mut self, recording: &Recording) -> Result<(), VerifyError> {
+        let mut messages = recording.messages()?;
+        for message in messages.by_ref() {
+            let message = match message {
+                Ok(message) => message,
+                Err(RecordingError::Damaged(why)) => {
+                    self.result.damage = Some(why);
+                    break;
+                }
+                Err(error) => return Err(error.into()),
+            };
+            match message.body {
+                Body::Field(received) => self.receive(received)?,
+                Body::Directive(directive) => self.follow(directive)?,
+                Body::Checkpoint(checkpoint) => self.from = self.from.take().or(Some(checkpoint)),
+                Body::Report(_) | Body::Manifest(_) => {}
+            }
+            if self.result.difference.is_some() {
+                break;
+            }
+        }
+        self.result.complete = messages.complete();
+        Ok(())
+    }
+
+    fn receive(&mut self, received: Received) -> Result<(), VerifyError> {
         let (sender, version) = (received.envelope.sender, received.envelope.version.unwrap_or_default());
         let field = match (received.field, received.same_as) {
             (Some(field), _) => field,
             (None, Some(same_as)) => match self.recorded.get(&sender, &received.name, same_as) {
                 Some(field) => field.clone(),
-                None => return,
+                None => return Ok(()),
             },
-            (None, None) => return,
+            (None, None) => return Ok(()),
         };
         if self.started {
-            self.deliver(&sender, version, &field);
+            self.deliver(&sender, version, &field)?;
         } else {
             self.early.push((sender.clone(), version, field.clone()));
         }
         self.recorded.insert(&sender, version, field);
+        Ok(())
     }
 
-    fn deliver(&mut self, sender: &str, version: Version, field: &Field) {
-        for inbox in self.inboxes.values_mut().filter(|inbox| inbox.reads(sender, field.name())) {
+    fn deliver(&mut self, sender: &str, version: Version, field: &Field) -> Result<(), VerifyError> {
+        for (node, inbox) in self.inboxes.iter_mut().filter(|(_, inbox)| inbox.reads(sender, field.name())) {
+            let Some(solver) = self.solvers.get_mut(node) else { continue };
             inbox.insert(sender, version, field.clone());
+            if let Solver::Plugged(plugged) = solver {
+                plugged.give(sender, version, field).map_err(at(node, version.to_string()))?;
+            }
         }
+        Ok(())
     }
 
     fn follow(&mut self, directive: Directive) -> Result<(), VerifyError> {
@@ -193,7 +267,12 @@ impl Replay {
             self.conclude(decision)?;
         }
         self.start()?;
-        if let Some(directive::Task::Iterate(iterate)) = directive.task {
+        if let Some(directive::Task::Iterate(iterate)) = directive.task.clone() {
+            for (node, solver) in &mut self.solvers {
+                if let Solver::Plugged(plugged) = solver {
+                    plugged.direct(&directive).map_err(at(node, self.committed.to_string()))?;
+                }
+            }
             self.task = directive.envelope.map(|envelope| (envelope, iterate));
         }
         Ok(())
@@ -207,24 +286,47 @@ impl Replay {
         self.committed = from;
         let nodes = self.plan.nodes.iter();
         self.inboxes = nodes.map(|plan| (plan.node.clone(), Inbox::new(plan.sources.clone()))).collect();
-        for (sender, version, field) in std::mem::take(&mut self.early) {
-            self.deliver(&sender, version, &field);
+        if let Some(node) = self.solvers.keys().find(|node| !self.inboxes.contains_key(*node)) {
+            return Err(no_node(node, self.inboxes.keys()));
         }
         let checkpoint = self.from.take().filter(|_| from != Version::INITIAL).unwrap_or_default();
+        let snapshot = |node: &str| {
+            let sent = |snapshot: &&Snapshot| snapshot.envelope.as_ref().is_some_and(|it| it.sender == node);
+            checkpoint.nodes.iter().find(sent)
+        };
+        for (node, solver) in &mut self.solvers {
+            if let Solver::Plugged(plugged) = solver {
+                plugged.plan(&self.plan, snapshot(node)).map_err(at(node, from.to_string()))?;
+            }
+        }
+        for (sender, version, field) in std::mem::take(&mut self.early) {
+            self.deliver(&sender, version, &field)?;
+        }
         for plan in &self.plan.nodes {
-            let Some(inbox) = self.inboxes.get_mut(&plan.node) else { continue };
-            if let Some(participant) = self.participants.get_mut(&plan.node) {
-                participant.set_sources(&plan.sources);
-                let sent = |node: &&Snapshot| node.envelope.as_ref().is_some_and(|it| it.sender == plan.node);
-                let (version, fields) = match checkpoint.nodes.iter().find(sent) {
-                    Some(snapshot) => restore(participant.as_mut(), inbox, snapshot.clone())?,
-                    None => (Version::INITIAL, participant.initial()?.0),
-                };
-                for field in fields.into_values() {
-                    let recorded = self.recorded.get(&plan.node, field.name(), version);
-                    compare(&plan.node, version, &field, recorded, self.tolerance, &mut self.result)?;
-                    self.newest.insert((plan.node.clone(), field.name().into()), field);
+            let node = &plan.node;
+            let Some(inbox) = self.inboxes.get_mut(node) else { continue };
+            let snapshot = snapshot(node);
+            let (version, fields) = match (self.solvers.get_mut(node), snapshot) {
+                (Some(Solver::Here(participant)), snapshot) => {
+                    participant.set_sources(&plan.sources);
+                    match snapshot {
+                        Some(snapshot) => restore(participant.as_mut(), inbox, snapshot.clone())?,
+                        None => (Version::INITIAL, participant.initial()?.0),
+                    }
                 }
+                (Some(Solver::Plugged(plugged)), snapshot) => {
+                    for message in snapshot.into_iter().flat_map(|snapshot| snapshot.frozen.clone()) {
+                        inbox.receive(codec::field_of(message)?);
+                    }
+                    let version = snapshot.and_then(|snapshot| snapshot.committed).unwrap_or_default();
+                    (version, plugged.ready(from, version).map_err(at(node, from.to_string()))?)
+                }
+                (None, _) => continue,
+            };
+            for field in fields.into_values() {
+                let recorded = self.recorded.get(node, field.name(), version);
+                compare(node, version, &field, recorded, self.tolerance, &mut self.result)?;
+                self.newest.insert((node.clone(), field.name().into()), field);
             }
             inbox.begin();
         }
@@ -236,23 +338,31 @@ impl Replay {
         let version = envelope.version.unwrap_or_default();
         let run_window = Window { t_s: envelope.t_s, dt_s: envelope.dt_s };
         for (node, inbox) in &mut self.inboxes {
-            let Some(participant) = self.participants.get_mut(node) else { continue };
+            let Some(solver) = self.solvers.get_mut(node) else { continue };
             if resting(node, iterate).is_some() || self.solved.get(node) == Some(&version) {
                 continue;
             }
             self.asked.insert(node.clone(), version);
             // A node that failed or never answered has no fields of this version.
-            let wrote = participant.ports().writes;
+            let wrote = match solver {
+                Solver::Here(participant) => participant.ports().writes,
+                Solver::Plugged(plugged) => plugged.writes(),
+            };
             if !wrote.iter().all(|port| self.recorded.get(node, &port.field, version).is_some()) {
                 continue;
             }
             let Some(frozen) = inbox.freeze(version, iterate)? else {
                 return Err(VerifyError::Thinned { node: node.clone(), version });
             };
-            let answer = participant.solve(version, window_of(node, run_window, iterate), &frozen)?;
+            let fields = match solver {
+                Solver::Here(participant) => {
+                    participant.solve(version, window_of(node, run_window, iterate), &frozen)?.fields
+                }
+                Solver::Plugged(plugged) => plugged.answer(version).map_err(at(node, version.to_string()))?,
+            };
             self.solved.insert(node.clone(), version);
             *self.result.trials.entry(node.clone()).or_default() += 1;
-            for field in answer.fields.into_values() {
+            for field in fields.into_values() {
                 let recorded = self.recorded.get(node, field.name(), version);
                 compare(node, version, &field, recorded, self.tolerance, &mut self.result)?;
                 self.newest.insert((node.clone(), field.name().into()), field);
@@ -270,9 +380,12 @@ impl Replay {
         if decision.verdict() != Verdict::Accept || version <= self.committed {
             return Ok(());
         }
-        for (node, participant) in &mut self.participants {
+        for (node, solver) in &mut self.solvers {
             if self.solved.get(node) == Some(&version) {
-                participant.commit(version)?;
+                match solver {
+                    Solver::Here(participant) => participant.commit(version)?,
+                    Solver::Plugged(plugged) => plugged.accepted(version),
+                }
                 let own = self.newest.iter().filter(|((writer, _), _)| writer == node);
                 self.fields.extend(own.map(|(key, field)| (key.clone(), field.clone())).collect::<Vec<_>>());
             } else if self.asked.get(node) == Some(&version) {

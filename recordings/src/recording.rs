@@ -25,6 +25,9 @@ pub(crate) const END: &str = "stagger-end";
 /// Name of the attachment that holds the scene.
 pub(crate) const SCENE: &str = "scene.toml";
 
+/// Schema of the fields.
+pub(crate) const FIELD: &str = "stagger.v1.FieldMessage";
+
 /// What the names of attachments that hold the scene's files begin with; the path follows.
 pub(crate) const FILE: &str = "file/";
 
@@ -108,7 +111,15 @@ impl Recording {
     /// The file cannot be opened again.
     pub fn messages(&self) -> Result<Messages<File>, RecordingError> {
         let events = ContainerReader::new(open(&self.path)?);
-        Ok(Messages { info: self.info.clone(), events })
+        Ok(Messages { info: self.info.clone(), events, fields: true })
+    }
+
+    /// As [`Self::messages`], without the fields, which are not decoded: what was said of them, and decided.
+    ///
+    /// # Errors
+    /// The file cannot be opened again.
+    pub fn control_messages(&self) -> Result<Messages<File>, RecordingError> {
+        Ok(Messages { fields: false, ..self.messages()? })
     }
 
     /// The last whole checkpoint, or the last one at or before a step. In a damaged file, that before the damage.
@@ -117,7 +128,7 @@ impl Recording {
     /// The file cannot be opened again.
     pub fn checkpoint(&self, step: Option<u64>) -> Result<Option<Checkpoint>, RecordingError> {
         let mut found = None;
-        for message in self.messages()?.map_while(Result::ok) {
+        for message in self.control_messages()?.map_while(Result::ok) {
             if let Body::Checkpoint(checkpoint) = message.body
                 && step.is_none_or(|step| checkpoint.version().step <= step)
             {
@@ -140,7 +151,7 @@ impl Recording {
 pub fn messages_from<R: Read>(input: R) -> Result<Messages<R>, RecordingError> {
     let mut events = ContainerReader::new(input);
     let info = read_info(&mut events, false)?;
-    Ok(Messages { info, events })
+    Ok(Messages { info, events, fields: true })
 }
 
 fn open(path: &Path) -> Result<File, RecordingError> {
@@ -177,6 +188,8 @@ pub struct Messages<R> {
     /// What the recording says about its run.
     pub info: RunInfo,
     events: ContainerReader<R>,
+    /// Whether fields are among them.
+    fields: bool,
 }
 
 impl<R: Read> Messages<R> {
@@ -197,6 +210,9 @@ impl<R: Read> Iterator for Messages<R> {
                 Err(error) => return Some(Err(error)),
             };
             let Event::Message { topic, schema, log_time_ns, publish_time_ns, data } = event else { continue };
+            if !self.fields && &*schema == FIELD {
+                continue;
+            }
             let topic = topic.to_string();
             match body(&schema, &data) {
                 Ok(None) => {}
@@ -210,7 +226,7 @@ impl<R: Read> Iterator for Messages<R> {
 /// Decodes a message by the name of its schema; `None` for a foreign one.
 pub(crate) fn body(schema: &str, data: &[u8]) -> Result<Option<Body>, MessageError> {
     Ok(Some(match schema {
-        "stagger.v1.FieldMessage" => Body::Field(codec::decode_field_record(data)?),
+        FIELD => Body::Field(codec::decode_field_record(data)?),
         "stagger.v1.Directive" => Body::Directive(codec::decode("directive", data)?),
         "stagger.v1.Report" => Body::Report(codec::decode("report", data)?),
         "stagger.v1.Checkpoint" => Body::Checkpoint(codec::decode("checkpoint", data)?),

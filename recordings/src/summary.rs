@@ -1,25 +1,35 @@
 use std::collections::BTreeMap;
 
-use stagger_messages::{Directive, Report, Verdict, directive, report};
+use stagger_messages::{Directive, FieldError, Report, Verdict, directive, report};
 use stagger_solver::coupling::Account;
 
 use crate::{
-    Accounts, Body, Recording, RecordingError,
+    Accounts, Body, Outcome, Recording, RecordingError,
     container::Event,
-    recording::{self, END},
+    recording::{self, END, FIELD},
+    window_history::WindowHistory,
 };
+
+/// Name and version of the summary as JSON (docs/summary.md).
+const FORMAT: &str = "stagger-info/1";
+/// Parts into which the history of window sizes is divided.
+const HISTORY: usize = 60;
 
 /// What happened in a recorded run.
 #[derive(Clone, Debug, Default, serde::Serialize)]
 pub struct Summary {
+    /// Name and version of this summary as JSON.
+    pub format: &'static str,
     /// Name of the run.
     pub run: String,
     /// The scene's file name.
     pub scene_file: String,
     /// Program that recorded.
     pub program: String,
-    /// False where the file was cut off.
+    /// False where the file was cut off or is damaged.
     pub complete: bool,
+    /// Why the file cannot be read to its end; what is told here precedes that point.
+    pub damage: Option<String>,
     /// Whether the run reached its end; `None` where the recording does not say.
     pub completed: Option<bool>,
     /// Why the run ended, in words; empty where the recording does not say.
@@ -34,6 +44,14 @@ pub struct Summary {
     pub simulated_time_s: f64,
     /// Sizes of the accepted windows; `None` where none was accepted.
     pub dt: Option<WindowSizes>,
+    /// Mean accepted windows over up to 60 equal parts of the run's steps, in their order, in s.
+    pub dt_history_s: Vec<f64>,
+    /// Relative errors of the measured fields in the accepted iterations.
+    pub errors: BTreeMap<String, FieldErrors>,
+    /// Attempts rejected, by the field that had not converged; `""` where a node asked for a smaller step.
+    pub rejected_by: BTreeMap<String, u64>,
+    /// Why the last attempt was rejected, in words.
+    pub last_rejection: Option<String>,
     /// Mean over accepted steps of the contraction rate of the field that decided; `None` where none is known.
     pub contraction: Option<f64>,
     /// How often each field was the most sensitive one of an accepted step: the one that set the size of the next.
@@ -61,10 +79,24 @@ pub struct Summary {
 pub struct WindowSizes {
     /// Smallest, in s.
     pub min_s: f64,
-    /// Median, in s: of an even number the upper one of the two in the middle.
+    /// Median, in s: of an even number the upper one of the two in the middle. Beyond some thousand steps, that of the
+    /// means over as many equal parts of them.
     pub median_s: f64,
     /// Largest, in s.
     pub max_s: f64,
+}
+
+/// How well a field converged: its relative error in accepted iterations, where that is finite.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+pub struct FieldErrors {
+    /// The tolerance it had.
+    pub tolerance: f64,
+    /// Mean error.
+    pub mean: f64,
+    /// Largest error.
+    pub largest: f64,
+    /// Iterations these are taken over.
+    pub count: u64,
 }
 
 /// What a node did in a run.
@@ -98,61 +130,58 @@ pub struct TopicSummary {
 }
 
 impl Summary {
-    /// Reads a recording through; fields are counted, not decoded.
+    /// Reads a recording through; fields are counted, not decoded. Where the file is damaged, it is read to there. Memory
+    /// does not grow with the file, but for eight bytes for each checkpoint.
     ///
     /// # Errors
-    /// The file cannot be read, or is damaged before its end.
+    /// The file cannot be opened again.
     pub fn of(recording: &Recording) -> Result<Self, RecordingError> {
         let mut summary = Self {
+            format: FORMAT,
             run: recording.info.run.clone(),
             scene_file: recording.info.scene_file.clone(),
             program: recording.info.program.clone(),
             complete: recording.complete,
             ..Self::default()
         };
-        let mut accounts = Accounts::default();
-        let (mut windows, mut rates) = (Vec::new(), Vec::new());
+        let mut tally = Tally::default();
         for event in recording.events()? {
-            match event? {
-                Event::Metadata { name, map } if name == END => {
+            match event {
+                Err(error) => (summary.complete, summary.damage) = (false, Some(error.to_string())),
+                Ok(Event::Metadata { name, map }) if name == END => {
                     summary.lost = map.get("lost").and_then(|value| value.parse().ok());
                 }
-                Event::Message { topic, schema, data, .. } => {
+                Ok(Event::Message { topic, schema, data, .. }) => {
                     let entry = summary.topics.entry(topic.to_string()).or_default();
                     entry.messages += 1;
                     entry.bytes += data.len() as u64;
-                    if &*schema != "stagger.v1.FieldMessage" {
-                        summary.control(&schema, &data, &mut accounts, &mut windows, &mut rates);
+                    if &*schema != FIELD {
+                        summary.control(&schema, &data, &mut tally);
                     }
                 }
-                _ => {}
+                Ok(_) => {}
             }
         }
-        summary.dt = sizes(windows);
-        summary.contraction = (!rates.is_empty()).then(|| rates.iter().sum::<f64>() / rates.len() as f64);
-        summary.iterations = accounts.iterations();
-        summary.imbalance = accounts.ledger().imbalances();
-        for (node, ledger) in accounts.ledger().nodes() {
+        summary.dt = tally.windows.sizes();
+        summary.dt_history_s = tally.windows.parts(HISTORY);
+        let (rates, count) = tally.rates;
+        summary.contraction = (count > 0).then(|| rates / count as f64);
+        summary.iterations = tally.accounts.iterations();
+        summary.imbalance = tally.accounts.ledger().imbalances();
+        for (node, ledger) in tally.accounts.ledger().nodes() {
             summary.nodes.entry(node.clone()).or_default().ledger = ledger.clone();
         }
         summary.refused = summary.nodes.values().map(|node| node.refused).sum();
         Ok(summary)
     }
 
-    fn control(
-        &mut self,
-        schema: &str,
-        data: &[u8],
-        accounts: &mut Accounts,
-        windows: &mut Vec<f64>,
-        rates: &mut Vec<f64>,
-    ) {
+    fn control(&mut self, schema: &str, data: &[u8], tally: &mut Tally) {
         match recording::body(schema, data) {
             Ok(Some(Body::Report(report))) => {
-                accounts.report(&report);
+                tally.accounts.report(&report);
                 self.report(&report);
             }
-            Ok(Some(Body::Directive(directive))) => self.directive(&directive, accounts, windows, rates),
+            Ok(Some(Body::Directive(directive))) => self.directive(&directive, tally),
             Ok(Some(Body::Checkpoint(checkpoint))) => self.checkpoints.push(checkpoint.version().step),
             Ok(_) => {}
             Err(_) => self.malformed += 1,
@@ -182,28 +211,29 @@ impl Summary {
         }
     }
 
-    fn directive(
-        &mut self,
-        message: &Directive,
-        accounts: &mut Accounts,
-        windows: &mut Vec<f64>,
-        rates: &mut Vec<f64>,
-    ) {
+    fn directive(&mut self, message: &Directive, tally: &mut Tally) {
         // Each restart is an epoch.
         let epoch = message.envelope.as_ref().map_or(1, |envelope| envelope.epoch);
         self.restarts = self.restarts.max(epoch.saturating_sub(1));
-        if let Some(outcome) = accounts.directive(message) {
-            match outcome.decision.verdict() {
+        if let Some(Outcome { decision, version, .. }) = tally.accounts.directive(message) {
+            match decision.verdict() {
                 Verdict::Accept => {
                     self.steps_accepted += 1;
-                    self.simulated_time_s = outcome.decision.t_s;
-                    windows.push(outcome.decision.dt_s);
-                    if !outcome.decision.sensitive.is_empty() {
-                        *self.sensitive.entry(outcome.decision.sensitive.clone()).or_default() += 1;
+                    self.simulated_time_s = decision.t_s;
+                    tally.windows.push(decision.dt_s);
+                    self.converged(&decision.errors);
+                    if !decision.sensitive.is_empty() {
+                        *self.sensitive.entry(decision.sensitive).or_default() += 1;
                     }
-                    rates.extend((outcome.decision.contraction > 0.0).then_some(outcome.decision.contraction));
+                    if decision.contraction > 0.0 {
+                        tally.rates = (tally.rates.0 + decision.contraction, tally.rates.1 + 1);
+                    }
                 }
-                Verdict::Reject => self.steps_rejected += 1,
+                Verdict::Reject => {
+                    self.steps_rejected += 1;
+                    *self.rejected_by.entry(decision.limiting).or_default() += 1;
+                    self.last_rejection = Some(format!("{version}: {}", decision.reason));
+                }
                 Verdict::Iterate | Verdict::None => {}
             }
         }
@@ -212,22 +242,23 @@ impl Summary {
             self.reason.clone_from(&stop.reason);
         }
     }
-}
 
-fn sizes(mut windows: Vec<f64>) -> Option<WindowSizes> {
-    windows.sort_by(f64::total_cmp);
-    let (min_s, max_s) = (*windows.first()?, *windows.last()?);
-    Some(WindowSizes { min_s, median_s: windows[windows.len() / 2], max_s })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn window_sizes_do_not_depend_on_their_order() {
-        let expected = WindowSizes { min_s: 1.0, median_s: 2.0, max_s: 9.0 };
-        assert_eq!(sizes(vec![9.0, 1.0, 2.0]), Some(expected));
-        assert_eq!(sizes(Vec::new()), None);
+    fn converged(&mut self, errors: &[FieldError]) {
+        for FieldError { field, error, tolerance, .. } in errors.iter().filter(|it| it.error.is_finite()) {
+            let sums = self.errors.entry(field.clone()).or_default();
+            sums.count += 1;
+            sums.tolerance = *tolerance;
+            sums.mean += (error - sums.mean) / sums.count as f64;
+            sums.largest = sums.largest.max(*error);
+        }
     }
+}
+
+/// What a summary is made of on the way.
+#[derive(Default)]
+struct Tally {
+    accounts: Accounts,
+    windows: WindowHistory,
+    /// Sum and number of the contraction rates that are known.
+    rates: (f64, u64),
 }

@@ -12,7 +12,11 @@ impl Display for Summary {
             Some(false) => format!("stopped: {}", self.reason),
             None => "not closed: the recording ends before its run did".to_owned(),
         };
-        let file = if self.complete { "whole" } else { "cut off; everything up to the cut was read" };
+        let file = match (&self.damage, self.complete) {
+            (Some(damage), _) => damage,
+            (None, true) => "whole",
+            (None, false) => "cut off; everything up to the cut was read",
+        };
         writeln!(f, "{:<12}{}", "run", self.run)?;
         writeln!(f, "{:<12}{}", "scene", self.scene_file)?;
         writeln!(f, "{:<12}{}", "program", self.program)?;
@@ -33,6 +37,10 @@ impl Display for Summary {
         if let Some(dt) = &self.dt {
             let [min, median, max] = [dt.min_s, dt.median_s, dt.max_s].map(|size| quantity(size, "s"));
             writeln!(f, "{:<12}min {min}, median {median}, max {max}", "dt")?;
+            writeln!(f, "{:<12}{}  (logarithmic)", "dt history", sparkline(&self.dt_history_s))?;
+        }
+        if let Some(why) = &self.last_rejection {
+            writeln!(f, "{:<12}last {}", "rejected", why.trim_end_matches([':', ' ']))?;
         }
         if let Some(rate) = self.contraction {
             writeln!(f, "{:<12}by {rate:.3} from one iteration to the next (mean)", "contracts")?;
@@ -52,6 +60,7 @@ impl Display for Summary {
             writeln!(f, "{:<12}{} of nodes that died", "restarts", self.restarts)?;
         }
         self.nodes(f)?;
+        self.errors(f)?;
         self.energies(f)?;
         self.topics(f)?;
         if self.refused > 0 {
@@ -81,6 +90,16 @@ impl Summary {
             }
         }
         Ok(())
+    }
+
+    fn errors(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let row = |(field, errors): (&String, &crate::FieldErrors)| {
+            let rejected = self.rejected_by.get(field).unwrap_or(&0).to_string();
+            let sizes = [errors.tolerance, errors.mean, errors.largest].map(|error| format!("{error:.1e}"));
+            [vec![field.clone()], sizes.to_vec(), vec![rejected]].concat()
+        };
+        let rows = self.errors.iter().map(row).collect();
+        table(f, &["error of", "tolerance", "mean", "largest", "attempts rejected"], rows)
     }
 
     fn energies(&self, f: &mut Formatter<'_>) -> fmt::Result {
@@ -141,6 +160,20 @@ fn table(f: &mut Formatter<'_>, head: &[&str], rows: Vec<Vec<String>>) -> fmt::R
     Ok(())
 }
 
+/// Bars of eight heights, from the smallest to the largest value on a logarithmic scale; of positive values.
+fn sparkline(values: &[f64]) -> String {
+    const BARS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
+    let (low, high) =
+        values.iter().fold((f64::INFINITY, 0.0f64), |(low, high), value| (low.min(*value), high.max(*value)));
+    let range = (high / low).ln();
+    let bar = |value: &f64| {
+        // Equal values have no range, and stand in the middle.
+        let share = if range > 0.0 { (value / low).ln() / range } else { 0.5 };
+        BARS[((share * BARS.len() as f64) as usize).min(BARS.len() - 1)]
+    };
+    values.iter().map(bar).collect()
+}
+
 /// A quantity with four digits and the prefix that leaves one to three of them before the point.
 fn quantity(value: f64, unit: &str) -> String {
     const PREFIXES: [(f64, &str); 9] = [
@@ -170,6 +203,13 @@ fn bytes(count: u64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_sparkline_spans_the_values_by_their_ratios() {
+        assert_eq!(sparkline(&[1.0, 2.0, 4.0, 128.0]), "▁▂▃█");
+        assert_eq!(sparkline(&[3.0, 3.0]), "▅▅");
+        assert_eq!(sparkline(&[]), "");
+    }
 
     #[test]
     fn quantities_carry_the_prefix_that_reads_best() {

@@ -15,8 +15,8 @@ use std::{
 use bytes::Bytes;
 use stagger_messages::{Verdict, Version, codec};
 use stagger_recordings::{
-    Body, Exchange, Level, Message, Recorded, Recorder, RecorderOptions, Recording, RecordingError, Step, Steps,
-    Summary, messages_from,
+    Body, End, Exchange, Level, Message, Recorded, Recorder, RecorderOptions, Recording, RecordingError, Replies,
+    Reply, Step, Steps, Summary, messages_from,
 };
 use synthetic::{ITERATIONS, Script, exchanges, info};
 
@@ -318,10 +318,20 @@ fn a_summary_tells_what_happened() {
     assert_eq!(summary.topics["field/particles/positions"].messages, summary.iterations + 1);
     // The made-up ledgers balance up to the rounding of some hundred sums.
     assert!(summary.imbalance.values().all(|share| share.abs() < 1e-12), "{:?}", summary.imbalance);
+    assert_eq!(summary.dt_history_s, vec![SMALL.dt_s; SMALL.steps as usize]);
+    assert_eq!(summary.rejected_by, BTreeMap::from([("temperature".to_owned(), 2)]));
+    // In the last iteration, the third, each relative error is 1e-3 of what it was made with.
+    let errors = summary.errors["temperature"];
+    assert_eq!((errors.count, errors.tolerance), (SMALL.steps, 1e-6));
+    assert!((errors.mean / (1e-3 * 1e-6 * 500.0) - 1.0).abs() < 1e-12 && errors.largest >= errors.mean, "{errors:?}");
     let text = summary.to_string();
-    for expected in
-        ["completed", "5.500 ms simulated, 55 steps accepted, 2 rejected", "field/thermal/temperature", "to_walls"]
-    {
+    for expected in [
+        "completed",
+        "dt history  ▅▅▅",
+        "5.500 ms simulated, 55 steps accepted, 2 rejected",
+        "field/thermal/temperature",
+        "to_walls",
+    ] {
         assert!(text.contains(expected), "{expected} is missing from\n{text}");
     }
     assert!(text.lines().all(|line| line.chars().count() <= 100), "{text}");
@@ -338,4 +348,51 @@ fn outcomes_come_with_the_reports_they_were_made_from() {
     let rejected: Vec<Version> =
         outcomes.iter().filter(|it| it.decision.verdict() == Verdict::Reject).map(|it| it.version).collect();
     assert_eq!(rejected.iter().map(|version| version.step).collect::<Vec<_>>(), [25, 50]);
+}
+
+#[test]
+fn of_a_damaged_file_what_precedes_the_damage_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    // Chunks of 4 MiB: damage in the second one leaves the first.
+    let (mut bytes, _) =
+        record(&exchanges(Script { particles: 2000, steps: 20, dt_s: 1e-4 }), RecorderOptions::default());
+    assert!(bytes.len() > 6 << 20, "{} bytes", bytes.len());
+    bytes[5 << 20] ^= 1;
+    std::fs::write(&path, &bytes).unwrap();
+    let summary = Summary::of(&Recording::open(&path).unwrap()).unwrap();
+    assert!(summary.steps_accepted > 0 && summary.steps_accepted < 20, "{} steps", summary.steps_accepted);
+    assert!(!summary.complete && summary.damage.as_ref().is_some_and(|why| why.contains("what precedes this point")));
+    assert!(summary.to_string().contains("cannot be read further"));
+}
+
+#[test]
+fn the_replies_of_a_node_come_in_their_order_with_their_windows_and_fields() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    let replies = |options| {
+        std::fs::write(&path, record(&exchanges(SMALL), options).0).unwrap();
+        let mut replies = Replies::of(&Recording::open(&path).unwrap(), "thermal").unwrap();
+        assert_eq!((replies.from, replies.initial.contains_key("temperature")), (Version::INITIAL, true));
+        assert_eq!(replies.ready.ledger[0].name, "heat");
+        let all: Vec<Reply> = replies.by_ref().collect();
+        assert!(matches!(replies.end(), Some(End::Closed)));
+        all
+    };
+    let whole = replies(RecorderOptions::default());
+    assert_eq!(whole.len() as u64, SMALL.steps * u64::from(ITERATIONS) + 2 * u64::from(ITERATIONS - 1));
+    assert!(whole.is_sorted_by(|a, b| a.version < b.version));
+    for Reply { version, window, result, fields } in &whole {
+        assert_eq!(fields["temperature"].rows(), SMALL.particles);
+        assert_eq!(window.dt_s, SMALL.dt_s);
+        assert!((window.t_s - (version.step - 1) as f64 * SMALL.dt_s).abs() < 1e-12, "{version}: {window:?}");
+        assert!(result.as_ref().unwrap().ledger.iter().any(|line| line.name == "to_walls"));
+    }
+    // Thinned, the reports are all there, and the fields of the accepted iterations with them.
+    let accepted = replies(thinned(1));
+    assert_eq!(accepted.len(), whole.len());
+    for (one, other) in accepted.iter().zip(&whole) {
+        let is_accepted = one.version.iteration == ITERATIONS;
+        assert_eq!(one.fields.get("temperature"), other.fields.get("temperature").filter(|_| is_accepted));
+    }
 }

@@ -36,6 +36,14 @@ pub enum SolveError {
     /// A physics' own solver failed, and a shorter window would not help.
     #[error("{0}")]
     Unsolved(String),
+    /// A recorded node has no answer, or failed when it was recorded.
+    #[error("{message}")]
+    Replayed {
+        /// Why, in words.
+        message: String,
+        /// Whether it failed so that a smaller step helped.
+        retry: bool,
+    },
     /// The start configuration asked for cannot be made.
     #[error("{0}")]
     Start(String),
@@ -45,6 +53,6 @@ impl SolveError {
     /// Whether the same window may succeed when it is shorter.
     #[must_use]
     pub fn retry(&self) -> bool {
-        matches!(self, Self::NotFinite { .. })
+        matches!(self, Self::NotFinite { .. } | Self::Replayed { retry: true, .. })
     }
 }

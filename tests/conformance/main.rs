@@ -9,6 +9,7 @@
 mod plug_in;
 #[path = "../../nodes/examples/probe.rs"]
 mod probe;
+mod verified;
 mod wrong_node;
 
 use std::process::{Command, Output};
@@ -24,6 +25,10 @@ fn as_a_node() {
     match std::env::var(NODE).as_deref() {
         Ok("probe") if std::env::var_os("STAGGER_RUN").is_some() => {
             let code = probe::main();
+            std::process::exit(i32::from(code != std::process::ExitCode::SUCCESS));
+        }
+        Ok(thermal @ ("thermal" | "thermal-of-another-phi")) if std::env::var_os("STAGGER_RUN").is_some() => {
+            let code = verified::thermal(thermal != "thermal");
             std::process::exit(i32::from(code != std::process::ExitCode::SUCCESS));
         }
         Ok(wrong) if std::env::var_os("STAGGER_RUN").is_some() => wrong_node::run(wrong),

@@ -14,6 +14,7 @@ mod live;
 mod pouring;
 mod program;
 mod recovery;
+mod replayed;
 mod same_bits;
 mod several_hosts;
 mod vapour;

@@ -78,6 +78,9 @@ pub(super) enum Command {
         /// Only this node
         #[arg(long)]
         node: Option<String>,
+        /// Solve it by a program of your own, which is given the recorded fields over Zenoh as in a run
+        #[arg(long, value_name = "COMMAND", requires = "node")]
+        with: Option<String>,
         /// Largest difference as a share of the field's largest value; 0 asks for equal bits
         #[arg(long, default_value_t = 0.0, value_parser = not_negative)]
         tolerance: f64,
@@ -175,6 +178,9 @@ pub(super) struct RunArguments {
     /// Run a node by a command of your own
     #[arg(long = "node", value_name = "NODE=COMMAND", value_parser = key_value)]
     pub(super) nodes: Vec<(String, String)>,
+    /// Let a node of a recording answer as it did instead of running it; may be given several times
+    #[arg(long, value_name = "NODE=FILE", value_parser = key_value)]
+    pub(super) replayed: Vec<(String, String)>,
     /// Go on from the last checkpoint of a recording of this scene, or from its last one at or before a step
     #[arg(long, value_name = "FILE[@STEP]")]
     pub(super) resume: Option<String>,
@@ -211,6 +217,9 @@ pub(super) struct NodeArguments {
     /// Zenoh configuration file (docs/several-hosts.md)
     #[arg(long)]
     pub(super) config: Option<PathBuf>,
+    /// Answer as the node of this name in a recording did
+    #[arg(long, hide = true)]
+    pub(super) replayed: Option<PathBuf>,
     /// End when the standard input closes, and leave Ctrl-C to the parent
     #[arg(long, hide = true)]
     pub(super) child: bool,

@@ -28,6 +28,7 @@ use crate::{
     link::{Link, Role},
     node,
     replay::{self, Pace},
+    replayed::Replays,
     resume, router,
     run::{self, Failed, Options},
     scene_files, verify, view,
@@ -67,7 +68,9 @@ pub fn main(arguments: Arguments) -> ExitCode {
             router::run(options, &interrupt()).map_or_else(|error| failed(&error), |()| End::Done)
         }
         Command::Replay(arguments) => replay_file(arguments),
-        Command::Verify { file, node, tolerance, json } => verify_file(&file, node.as_deref(), tolerance, json),
+        Command::Verify { file, node, with, tolerance, json } => {
+            verify_file(&file, node.as_deref(), with.as_deref(), tolerance, json)
+        }
         Command::Info { file, json } => info(&file, json),
         Command::Export { file, out, every, contacts } => export_file(&file, &out, every, contacts),
         Command::View { what, save, connect, contacts } => {
@@ -144,6 +147,12 @@ fn run_scene(arguments: RunArguments) -> End {
             Err(error) => return End::Code(USAGE, format!("--node {node}={command}: {error}")),
         };
     }
+    let mut recorded = std::collections::BTreeMap::new();
+    for (node, file) in arguments.replayed {
+        if commands.contains_key(&node) || recorded.insert(node.clone(), PathBuf::from(file)).is_some() {
+            return End::Code(USAGE, format!("--replayed {node}: what runs `{node}` is said twice"));
+        }
+    }
     let view = match (arguments.view, view::bridge()) {
         (false, _) => None,
         (true, Some(bridge)) => Some(bridge),
@@ -156,6 +165,7 @@ fn run_scene(arguments: RunArguments) -> End {
         in_process: arguments.in_process,
         threads: arguments.threads.map(usize::from),
         commands,
+        replays: Replays { files: recorded, ..Replays::default() },
         view,
         ..Options::default()
     };
@@ -171,10 +181,15 @@ fn coordinate(arguments: &SceneArguments, output: &OutputArguments, resume: Opti
     };
     // A scene that cannot run is told before anything is started; with commands the ports are known only later.
     if options.commands.is_empty()
+        && options.replays.files.is_empty()
         && let Err(error) = check::check(&scene)
     {
         return End::Code(USAGE, format!("the scene cannot run: {error}"));
     }
+    let replays = match Replays::new(options.replays.files, &scene) {
+        Ok(replays) => replays,
+        Err(error) => return End::Code(USAGE, error.to_string()),
+    };
     let resume = match resume.map(|resume| resume::resume(resume, &scene)).transpose() {
         Ok(resume) => resume,
         Err(error) => return End::Code(USAGE, error.to_string()),
@@ -192,6 +207,7 @@ fn coordinate(arguments: &SceneArguments, output: &OutputArguments, resume: Opti
         files,
         record: record.clone(),
         resume: resume.map(|(checkpoint, _)| checkpoint),
+        replays,
         ..options
     };
     let summary = match run::run(&scene, options, &interrupt()) {
@@ -269,6 +285,7 @@ fn run_node(arguments: NodeArguments) -> End {
         connect: arguments.connect,
         child: arguments.child,
         config: arguments.config,
+        replayed: arguments.replayed,
     };
     match node::told(node::run(&scene, &options), &options.name, options.child) {
         Ok(()) => End::Done,
@@ -314,9 +331,15 @@ fn replay_file(arguments: ReplayArguments) -> End {
     }
 }
 
-fn verify_file(file: &Path, node: Option<&str>, tolerance: f64, json: bool) -> End {
-    let verified =
-        Recording::open(file).map_err(Into::into).and_then(|recording| verify::verify(&recording, node, tolerance));
+fn verify_file(file: &Path, node: Option<&str>, with: Option<&str>, tolerance: f64, json: bool) -> End {
+    let with = match with.map(words::split).transpose() {
+        Ok(with) => with,
+        Err(error) => return End::Code(USAGE, format!("--with: {error}")),
+    };
+    let verified = Recording::open(file).map_err(Into::into).and_then(|recording| match (node, with) {
+        (Some(node), Some(command)) => verify::verify_with(&recording, node, command, tolerance),
+        _ => verify::verify(&recording, node, tolerance),
+    });
     let verified = match verified {
         Ok(verified) => verified,
         Err(error) => return about(file, &error),
@@ -330,7 +353,10 @@ fn verify_file(file: &Path, node: Option<&str>, tolerance: f64, json: bool) -> E
     }
     match verified.difference {
         Some(_) => End::Code(FAILED, "the recording and the solution differ".into()),
-        None if !verified.complete => End::Code(MISSING, "the recording is cut off; what it holds is verified".into()),
+        None if !verified.complete => {
+            let how = verified.damage.map_or("is cut off".into(), |why| format!("is damaged ({why})"));
+            End::Code(MISSING, format!("the recording {how}; what it holds before that is verified"))
+        }
         None => End::Done,
     }
 }
@@ -366,7 +392,11 @@ fn info(file: &Path, json: bool) -> End {
     } else {
         print(summary.to_string().trim_end());
     }
-    if summary.complete { End::Done } else { End::Code(MISSING, format!("{} is cut off", file.display())) }
+    match summary.damage {
+        Some(damage) => End::Code(MISSING, format!("{}: {damage}", file.display())),
+        None if !summary.complete => End::Code(MISSING, format!("{} is cut off", file.display())),
+        None => End::Done,
+    }
 }
 
 fn show(what: &str, arguments: &[String]) -> End {

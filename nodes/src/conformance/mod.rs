@@ -4,12 +4,12 @@
 //! under test freezes is genuine. One process of the node goes through a *reference run*; each rule then repeats it in
 //! a process of its own, with one disturbance that must make no difference, or one question that has one answer.
 
-mod heard;
+pub(crate) mod heard;
 mod messages;
 mod recovery;
 mod reference;
 mod report;
-mod session;
+pub(crate) mod session;
 mod start;
 mod trials;
 
@@ -35,8 +35,10 @@ pub const SCENE: &str = include_str!("scene.toml");
 pub struct Bench {
     /// The scene.
     pub scene: Scene,
-    /// Its file; `None` where it is [`SCENE`].
+    /// Its file; `None` where one is to be made of its text.
     pub scene_file: Option<PathBuf>,
+    /// Recording that holds the scene's files where they are not beside it.
+    pub files: Option<PathBuf>,
     /// The node's name.
     pub node: String,
     /// What runs it.
@@ -107,8 +109,15 @@ impl Bench {
             (None, true) => return Err(ConformanceError::Nothing),
         };
         let run = format!("conformance-{}", std::process::id());
-        let mut bench =
-            Self { scene, scene_file, node: name.clone().unwrap_or_else(|| "node".into()), runs, run, patience };
+        let mut bench = Self {
+            scene,
+            scene_file,
+            files: None,
+            node: name.clone().unwrap_or_else(|| "node".into()),
+            runs,
+            run,
+            patience,
+        };
         if name.is_none()
             && let Ok(session) = Session::start(&bench)
             && let Some(node) = bench.place_of(&session.manifest)?
@@ -139,7 +148,7 @@ impl Bench {
                     let built = participant(&self.scene, &name, &kind)?;
                     others.insert(name, built);
                 }
-                Runs::Command(_) => return Err(ConformanceError::Command(name)),
+                Runs::Command(_) | Runs::Recorded(_) => return Err(ConformanceError::Command(name)),
             }
         }
         Ok(others)

@@ -70,6 +70,7 @@ impl Findings {
         let command = match &bench.runs {
             Runs::Physics(kind) => format!("stagger node {kind}"),
             Runs::Command(words) => words.join(" "),
+            Runs::Recorded(file) => file.display().to_string(),
         };
         Self { format: FORMAT, node: bench.node.clone(), command, scene: bench.scene.title.clone(), rules: Vec::new() }
     }

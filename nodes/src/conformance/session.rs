@@ -125,7 +125,7 @@ impl Session {
             connect: endpoint.name.clone(),
             scene,
             overrides: bench.scene.overrides.clone(),
-            files: None,
+            files: bench.files.clone(),
             scene_hash: bench.scene.hash,
             threads: None,
         };
@@ -333,6 +333,33 @@ impl Session {
         let envelope = Envelope { version: about.version, t_s: about.t_s, dt_s: about.dt_s, ..stamp };
         let decision = self.decision.take();
         self.direct_raw(Directive { envelope: Some(envelope), decision, task: Some(task), checkpoint }.encode_to_vec())
+    }
+
+    /// Sends a recorded directive, stamped as one of this session; a checkpoint is not asked for.
+    pub fn pass_on(&mut self, directive: &Directive) -> Result<(), Fault> {
+        let Directive { envelope: Some(about), decision, task: Some(task), .. } = directive.clone() else {
+            return Ok(());
+        };
+        self.decision = decision;
+        self.direct(about, task, false)
+    }
+
+    /// Forgets what was heard, but for the values that a later message may refer to once `version` is accepted.
+    pub fn forget(&mut self, version: Version) {
+        self.log.clear();
+        let newest: BTreeMap<String, Version> =
+            self.values.keys().filter(|(_, at)| *at <= version).map(|(name, at)| (name.clone(), *at)).collect();
+        self.values.retain(|(name, at), _| *at > version || newest.get(name) == Some(at));
+    }
+
+    /// Has the node end, if it likes, without a word about it.
+    pub fn dismiss(&mut self) {
+        let about = Envelope { version: Some(Version::INITIAL), ..Envelope::default() };
+        let stop = Stop { completed: true, reason: "all is verified".into() };
+        if self.direct(about, directive::Task::Stop(stop), false).is_ok() {
+            // One that does not leave is ended with the session.
+            let _ = self.ended("after Stop");
+        }
     }
 
     /// Puts on the key of directives whatever it may be.

@@ -1,9 +1,9 @@
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, sync::Arc};
 
 use serde::{Deserialize, Serialize};
 use stagger_messages::{Decision, Done, Failure, FieldError, Measure, Verdict, Version};
 
-use super::{Measured, Settings, Window, order, relative};
+use super::{Measured, Precedent, Settings, Window, order, relative};
 
 /// What one node answered to one iteration.
 #[derive(Clone, Debug)]
@@ -38,6 +38,17 @@ pub enum ControlError {
         /// Its words.
         message: String,
     },
+    /// A trial is needed that the earlier run did not ask for, whose recorded nodes take part.
+    #[error(
+        "{wanted} is needed, but was never recorded: {why}. Loosen coupling.tolerance of the field, run more of the nodes \
+         live, or record again with a smaller tolerance, which takes more iterations, or a smaller coupling.dt.limit"
+    )]
+    NotRecorded {
+        /// The trial.
+        wanted: Version,
+        /// Why it is needed, in words.
+        why: String,
+    },
 }
 
 /// The adaptive step: accept, iterate or reject, and the size of the next window (Zohdi 2018, section 6.4).
@@ -48,6 +59,7 @@ pub struct StepControl {
     fields: BTreeMap<(String, String), Tolerances>,
     duration_s: f64,
     progress: Progress,
+    precedent: Option<Arc<Precedent>>,
 }
 
 /// When a field has converged.
@@ -94,7 +106,7 @@ impl StepControl {
             first_errors: BTreeMap::new(),
             estimate: (0.0, String::new()),
         };
-        Self { settings: settings.clone(), fields, duration_s, progress }
+        Self { settings: settings.clone(), fields, duration_s, progress, precedent: None }
     }
 
     /// How far it has come, for a checkpoint.
@@ -106,6 +118,19 @@ impl StepControl {
     /// Goes on from a checkpoint.
     pub fn restore(&mut self, progress: Progress) {
         self.progress = progress;
+    }
+
+    /// Takes the windows, iterations and rejections of an earlier run instead of its own. An iteration that was accepted
+    /// then must have converged now too.
+    pub fn follow(&mut self, precedent: Arc<Precedent>) {
+        self.precedent = Some(precedent);
+        if let Some(dt_s) = self.recorded_size(self.progress.version) {
+            self.progress.dt_s = dt_s;
+        }
+    }
+
+    fn recorded_size(&self, version: Version) -> Option<f64> {
+        self.precedent.as_ref()?.dt_s(version)
     }
 
     /// The window to solve now; the last one ends with the run.
@@ -146,7 +171,7 @@ impl StepControl {
     /// Decides about one iteration of all nodes and moves on to what follows from it.
     ///
     /// # Errors
-    /// A node failed for good, or the window would fall under Δt_min.
+    /// A node failed for good, the window would fall under Δt_min, or an earlier run that is followed decided otherwise.
     pub fn judge(&mut self, outcomes: &[Outcome]) -> Result<Decision, ControlError> {
         let window = self.window();
         let mut decision = Decision {
@@ -156,7 +181,11 @@ impl StepControl {
             next_dt_s: window.dt_s,
             ..Decision::default()
         };
+        let recorded = self.precedent.as_ref().and_then(|precedent| precedent.verdict(self.progress.version));
         if let Some((what, factor)) = self.hindrance(outcomes)? {
+            if recorded.is_some_and(|verdict| verdict != Verdict::Reject) {
+                return Err(ControlError::NotRecorded { wanted: self.progress.version.next_attempt(), why: what });
+            }
             decision.reason = what;
             self.reject(&mut decision, factor)?;
             return Ok(decision);
@@ -167,21 +196,37 @@ impl StepControl {
         let unseen = unseen.into_iter().any(|sums| sums.other_rows);
         let last = self.progress.version.iteration >= self.settings.iterations;
         let converged = decision.violation <= 1.0 && (last || !unseen);
-        if !decision.violation.is_finite() && (last || decision.violation.is_nan()) {
-            decision.reason =
-                format!("the change of `{}` is not finite{}", decision.limiting, least(outcomes, &decision));
-            self.reject(&mut decision, 0.5)?;
-        } else if converged {
-            self.accept(&mut decision, window);
-        } else if last {
-            let (field, worst) = (&decision.limiting, least(outcomes, &decision));
-            decision.reason =
-                format!("`{field}` did not converge in {} iterations{worst}", self.progress.version.iteration);
-            let factor = decision.factor;
-            self.reject(&mut decision, factor)?;
-        } else {
-            decision.verdict = Verdict::Iterate.into();
-            self.progress.version = self.progress.version.next_iteration();
+        let broken = !decision.violation.is_finite() && (last || decision.violation.is_nan());
+        let own = match (converged, broken || last) {
+            (true, _) => Verdict::Accept,
+            (false, true) => Verdict::Reject,
+            (false, false) => Verdict::Iterate,
+        };
+        let version = self.progress.version;
+        match recorded.unwrap_or(own) {
+            Verdict::Accept if converged => self.accept(&mut decision, window),
+            Verdict::Accept => {
+                let limiting = decision.errors.iter().find(|error| error.field == decision.limiting);
+                let FieldError { error, tolerance, .. } = limiting.cloned().unwrap_or_default();
+                let field = &decision.limiting;
+                let why =
+                    format!("`{field}` has not converged in {version}: error {error:.1e}, tolerance {tolerance:.1e}");
+                return Err(ControlError::NotRecorded { wanted: version.next_iteration(), why });
+            }
+            Verdict::Reject => {
+                let (field, worst) = (&decision.limiting, least(outcomes, &decision));
+                decision.reason = match own {
+                    Verdict::Reject if broken => format!("the change of `{field}` is not finite{worst}"),
+                    Verdict::Reject => format!("`{field}` did not converge in {} iterations{worst}", version.iteration),
+                    _ => "it was rejected in the run that is followed".into(),
+                };
+                let factor = if broken { 0.5 } else { decision.factor };
+                self.reject(&mut decision, factor)?;
+            }
+            Verdict::Iterate | Verdict::None => {
+                decision.verdict = Verdict::Iterate.into();
+                self.progress.version = version.next_iteration();
+            }
         }
         Ok(decision)
     }
@@ -278,6 +323,9 @@ impl StepControl {
         self.progress.dt_s = (growth * window.dt_s).clamp(self.settings.dt.minimum_s, self.settings.dt.limit_s);
         self.progress.committed = self.progress.version;
         self.progress.version = Version::first(self.progress.version.step + 1);
+        if let Some(dt_s) = self.recorded_size(self.progress.version) {
+            self.progress.dt_s = dt_s;
+        }
         self.progress.first_errors.clear();
         self.progress.estimate = (0.0, String::new());
         decision.t_s = self.progress.t_s;
@@ -287,7 +335,8 @@ impl StepControl {
     fn reject(&mut self, decision: &mut Decision, factor: f64) -> Result<(), ControlError> {
         let usable = factor.is_finite() && factor > 0.0 && factor < 1.0;
         let factor = if usable { factor } else { 0.5 };
-        let dt_s = factor * decision.dt_s;
+        let next = self.progress.version.next_attempt();
+        let dt_s = self.recorded_size(next).unwrap_or(factor * decision.dt_s);
         if dt_s < self.settings.dt.minimum_s {
             return Err(ControlError::TooSmall {
                 t_s: self.progress.t_s,
@@ -298,7 +347,7 @@ impl StepControl {
         decision.verdict = Verdict::Reject.into();
         decision.factor = factor;
         self.progress.dt_s = dt_s;
-        self.progress.version = self.progress.version.next_attempt();
+        self.progress.version = next;
         self.progress.first_errors.clear();
         self.progress.estimate = (0.0, String::new());
         self.conclude(decision);

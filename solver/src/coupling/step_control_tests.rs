@@ -118,3 +118,60 @@ fn a_window_waits_for_those_who_have_not_seen_its_rows_but_not_past_its_last_ite
     let waits = Verdict::Iterate;
     assert_eq!(verdicts, [waits, waits, waits, waits, Verdict::Accept]);
 }
+
+/// Two steps: the second took an attempt that was given up in its second iteration.
+fn followed() -> Arc<Precedent> {
+    let mut precedent = Precedent::default();
+    let at = |step, attempt, iteration| Some(Version { step, attempt, iteration });
+    for (version, verdict, dt_s) in [
+        (at(1, 1, 3), Verdict::Accept, 0.7),
+        (at(2, 1, 1), Verdict::Iterate, 3.0),
+        (at(2, 1, 2), Verdict::Reject, 3.0),
+        (at(2, 2, 1), Verdict::Accept, 1.1),
+    ] {
+        precedent.take(&Decision { version, verdict: verdict.into(), dt_s, ..Decision::default() });
+    }
+    Arc::new(precedent)
+}
+
+#[test]
+fn the_windows_iterations_and_rejections_of_an_earlier_run_are_followed() {
+    let mut control = control(5, Measure::Magnitude);
+    control.follow(followed());
+    let mut course = Vec::new();
+    // It converges at once and would go on with larger steps, but the others can only give what they gave.
+    for _ in 0..6 {
+        let (version, dt_s) = (control.version(), control.window().dt_s);
+        course.push((version.step, version.attempt, version.iteration, dt_s));
+        control.judge(&outcome(0.0)).unwrap();
+    }
+    assert_eq!(
+        course,
+        [(1, 1, 1, 0.7), (1, 1, 2, 0.7), (1, 1, 3, 0.7), (2, 1, 1, 3.0), (2, 1, 2, 3.0), (2, 2, 1, 1.1)]
+    );
+    assert_eq!(control.window().t_s, 0.7 + 1.1);
+}
+
+#[test]
+fn what_an_earlier_run_did_not_ask_for_is_told_with_the_field_and_the_trial() {
+    let mut slow = control(5, Measure::Magnitude);
+    slow.follow(followed());
+    for _ in 0..2 {
+        slow.judge(&outcome(0.5)).unwrap();
+    }
+    let error = slow.judge(&outcome(1e-3)).unwrap_err().to_string();
+    assert!(
+        error.starts_with("step 1, attempt 1, iteration 4 is needed, but was never recorded: `w` has not"),
+        "{error}"
+    );
+    assert!(error.contains("error 1.0e-3, tolerance 1.0e-6"), "{error}");
+
+    let mut failing = control(5, Measure::Magnitude);
+    failing.follow(followed());
+    let failure = Failure { message: "`w` is NaN".into(), retry: true };
+    let error = failing.judge(&[Outcome { node: "a".into(), result: Err(failure) }]).unwrap_err().to_string();
+    assert!(
+        error.starts_with("step 1, attempt 2, iteration 1 is needed, but was never recorded: `w` is NaN"),
+        "{error}"
+    );
+}
