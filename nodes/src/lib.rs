@@ -19,6 +19,7 @@ pub mod node;
 pub mod plug_in;
 pub mod recovery;
 pub mod replay;
+pub mod report;
 pub mod resume;
 pub mod roster;
 pub mod router;

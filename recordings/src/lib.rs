@@ -4,6 +4,7 @@
 //! messages and embedded descriptors, so that other programs read it as it is. Nothing here is asynchronous.
 
 mod accounts;
+pub mod colour;
 mod container;
 mod error;
 mod history;
@@ -13,6 +14,7 @@ mod queue;
 mod recorder;
 mod recording;
 mod run_info;
+mod states;
 mod steps;
 mod summary;
 mod summary_text;
@@ -25,5 +27,6 @@ pub use history::History;
 pub use recorder::{ControlKind, Exchange, Level, Recorded, Recorder, RecorderOptions, RecorderSender};
 pub use recording::{Body, Message, Messages, Recording, messages_from};
 pub use run_info::RunInfo;
+pub use states::{State, States, Taken, Work};
 pub use steps::{Step, Steps};
 pub use summary::{NodeSummary, Summary, TopicSummary, WindowSizes};

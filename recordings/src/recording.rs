@@ -47,6 +47,8 @@ pub struct Message {
     pub log_time_ns: u64,
     /// Wall clock when it was recorded, in ns since 1970.
     pub publish_time_ns: u64,
+    /// Length of its record, in bytes.
+    pub bytes: u64,
     /// What it says.
     pub body: Body,
 }
@@ -197,10 +199,10 @@ impl<R: Read> Iterator for Messages<R> {
                 Err(error) => return Some(Err(error)),
             };
             let Event::Message { topic, schema, log_time_ns, publish_time_ns, data } = event else { continue };
-            let topic = topic.to_string();
+            let (topic, bytes) = (topic.to_string(), data.len() as u64);
             match body(&schema, &data) {
                 Ok(None) => {}
-                Ok(Some(body)) => return Some(Ok(Message { topic, log_time_ns, publish_time_ns, body })),
+                Ok(Some(body)) => return Some(Ok(Message { topic, log_time_ns, publish_time_ns, bytes, body })),
                 Err(source) => return Some(Err(RecordingError::Message { topic, source })),
             }
         }
