@@ -40,7 +40,7 @@ addEventListener("load", () => {
   const result = {
     dark: paper < 0.5,
     width: innerWidth,
-    too_wide: document.documentElement.scrollWidth - innerWidth,
+    too_wide: document.documentElement.scrollWidth - document.documentElement.clientWidth,
     drawings: document.querySelectorAll("figure svg").length,
     fetched: performance.getEntriesByType("resource").length,
     text_contrast: Math.min(...styled("p, td, dt, dd, h1, h2, figcaption, .faint", "color"), ...styled("figure text", "fill")),

@@ -9,6 +9,9 @@ use super::{
     plot::{Axis, Chart, Level, Mark, Series, Thinned},
 };
 
+/// Share of its tolerance below which an error is drawn there: less is rounding, and zero has no logarithm.
+const FLOOR: f64 = 1e-8;
+
 /// Windows and iterations over simulated time.
 pub fn steps(gathered: &Gathered) -> String {
     if gathered.accepted + gathered.rejected == 0 {
@@ -21,15 +24,15 @@ pub fn steps(gathered: &Gathered) -> String {
     }
     let sizes = Chart {
         title: "Window size Δt".into(),
-        x: time(),
-        y: Axis::linear("Δt", "s").with_zero(),
+        x: time(gathered),
+        y: Axis::linear("Δt", "s").with(&[0.0]),
         series: windows,
         levels: Vec::new(),
     };
     let iterations = Chart {
-        title: "Iterations per accepted step".into(),
-        x: time(),
-        y: Axis::linear("iterations, rejected attempts included", "1").with_zero(),
+        title: "Iterations per accepted step, rejected attempts included".into(),
+        x: time(gathered),
+        y: Axis::linear("iterations", "1").with(&[0.0]),
         series: vec![Series::line("iterations", curves.iterations.points()).drawn(Mark::Steps)],
         levels: Vec::new(),
     };
@@ -41,12 +44,12 @@ pub fn errors(gathered: &Gathered) -> String {
     let curves = &gathered.curves;
     let chart = |title: &str, errors: &BTreeMap<String, Thinned>| Chart {
         title: title.into(),
-        x: time(),
+        x: time(gathered),
         y: Axis::log("error over tolerance", "1"),
         series: errors
             .iter()
             .take(SERIES)
-            .map(|(field, curve)| Series::line(field.replace('_', " "), curve.points()))
+            .map(|(field, curve)| Series::line(field.replace('_', " "), floored(curve)))
             .collect(),
         levels: vec![Level { name: "tolerance".into(), value: 1.0 }],
     };
@@ -59,7 +62,7 @@ pub fn errors(gathered: &Gathered) -> String {
     if !rates.is_empty() {
         let rates = Chart {
             title: "Contraction: mean factor from one error to the next".into(),
-            x: time(),
+            x: time(gathered),
             y: Axis::log("contraction rate", "1"),
             series: vec![Series::line("contraction", rates)],
             levels: vec![Level { name: "no contraction".into(), value: 1.0 }],
@@ -67,6 +70,10 @@ pub fn errors(gathered: &Gathered) -> String {
         figures.push(rates.figure());
     }
     let note = "<p class=\"faint\">The residual is the relative change ε of a field from one iteration to the next. \
-                An error of exactly zero has no place on a logarithmic axis, and breaks its line.</p>\n";
+                What is below 10⁻⁸ of its tolerance, such as an error of exactly zero, is drawn there.</p>\n";
     if figures.is_empty() { String::new() } else { plots(&figures) + note }
+}
+
+fn floored(curve: &Thinned) -> Vec<[f64; 2]> {
+    curve.points().into_iter().map(|[t_s, error]| [t_s, error.max(FLOOR)]).collect()
 }

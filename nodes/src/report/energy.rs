@@ -46,7 +46,7 @@ pub fn energy(gathered: &Gathered) -> String {
         let series: Vec<_> = series.map(|(name, points)| Series::line(name, points)).collect();
         let chart = Chart {
             title: format!("Energy of {node}, since the start"),
-            x: time(),
+            x: time(gathered),
             y: Axis::linear("energy", "J"),
             series,
             levels: Vec::new(),

@@ -16,6 +16,8 @@ const BARS: usize = 40;
 const HISTOGRAMS: usize = 48;
 /// Components that are told apart; of more, the length of the row is shown.
 const COMPONENTS: [&str; 3] = ["x", "y", "z"];
+/// Fewer rows are told by the table.
+const FEWEST: usize = 6;
 /// More components are no quantity of a point but a list, such as the path of a ray.
 const LIST: usize = 9;
 
@@ -77,7 +79,7 @@ fn bytes(gathered: &Gathered) -> String {
     plots(&[bars.figure(), format!("<div>{}</div>\n", table(&["field", "messages", "bytes"], 1, &rows))])
 }
 
-/// How the values of a field are distributed; `None` for indices and lists.
+/// How the values of a field are distributed; `None` for indices, lists and few rows.
 fn distribution(name: &str, field: &Field) -> Option<String> {
     let values: Vec<f64> = match (field.f64(), field.u8()) {
         (Ok(values), _) => values.to_vec(),
@@ -85,7 +87,7 @@ fn distribution(name: &str, field: &Field) -> Option<String> {
         _ => return None,
     };
     let components = field.components();
-    if values.is_empty() || components > LIST {
+    if field.rows() < FEWEST || components > LIST {
         return None;
     }
     let title = name.replace('_', " ");

@@ -34,6 +34,8 @@ pub struct Gathered {
     pub rejected: u64,
     /// Iterations, those of rejected attempts included.
     pub iterations: u64,
+    /// Simulated time at the first state, in s.
+    pub start_s: f64,
     /// Simulated time reached, in s.
     pub t_s: f64,
     /// Smallest and largest accepted window, in s.
@@ -182,6 +184,9 @@ impl Gathered {
     fn state(&mut self, state: State, snapshots: &mut Snapshots) {
         for (node, done) in &state.replies {
             self.nodes.entry(node.clone()).or_default().figures.extend(done.figures.clone());
+        }
+        if state.decision.is_none() {
+            self.start_s = state.step.t_s;
         }
         self.curves.take(&state);
         snapshots.take(&state.step);

@@ -69,10 +69,7 @@ fn head(gathered: &Gathered, title: &str) -> String {
     text += &fact("simulated", &seconds("simulated_time_s", gathered.t_s));
     text += &fact("steps", &format!("{accepted} accepted, {rejected} rejected"));
     let each = gathered.iterations as f64 / gathered.accepted.max(1) as f64;
-    text += &fact(
-        "iterations",
-        &format!("{}, {} per accepted step", counted("iterations", gathered.iterations), number(each)),
-    );
+    text += &fact("iterations", &format!("{}, {} per step", counted("iterations", gathered.iterations), number(each)));
     if let Some([low, high]) = gathered.dt_s {
         text += &fact("Δt", &format!("{} to {}", seconds("dt.min_s", low), seconds("dt.max_s", high)));
     }
@@ -103,7 +100,7 @@ fn pictures(gathered: &Gathered) -> String {
     for (view, from) in
         [(View::Front, "from the front (x to the right, z up)"), (View::Above, "from above (x to the right, y up)")]
     {
-        text += "<div class=\"pictures\">\n";
+        text += &format!("<p class=\"faint\">Seen {from}:</p>\n<div class=\"pictures\">\n");
         for Snapshot { t_s, step, spheres } in shown {
             let name = format!("t = {}", quantity(*t_s, "s"));
             let picture = plot::picture(&format!("particles at {name}, {from}"), spheres, &bounds, view, &ramp);
@@ -120,7 +117,7 @@ fn pictures(gathered: &Gathered) -> String {
                 picture.drawing
             );
         }
-        text += &format!("</div>\n<p class=\"faint\">Seen {from}.</p>\n");
+        text += "</div>\n";
     }
     text += &format!(
         "<figure class=\"ramp\">{}</figure>\n<p class=\"faint\">All pictures have the same scale and colours.",
@@ -167,8 +164,8 @@ fn nodes(gathered: &Gathered) -> String {
     let series = gathered.curves.solve_s.iter().take(SERIES);
     let each_step = Chart {
         title: "Time in solve, per accepted step".into(),
-        x: time(),
-        y: Axis::linear("time in solve", "s").with_zero(),
+        x: time(gathered),
+        y: Axis::linear("time in solve", "s").with(&[0.0]),
         series: series.map(|(node, curve)| Series::line(node, curve.points())).collect(),
         levels: Vec::new(),
     };
@@ -186,9 +183,9 @@ fn nodes(gathered: &Gathered) -> String {
     text
 }
 
-/// The axis of simulated time.
-pub fn time() -> Axis {
-    Axis::linear("simulated time", "s")
+/// The axis of simulated time, the same for all plots.
+pub fn time(gathered: &Gathered) -> Axis {
+    Axis::linear("simulated time", "s").with(&[gathered.start_s, gathered.t_s])
 }
 
 fn scene(gathered: &Gathered) -> String {

@@ -1,6 +1,9 @@
 //! Axes: from values to places, with ticks at round numbers.
 
-use super::quantity::{Scaled, minus, power_of_ten, scaled};
+use super::quantity::{Scaled, minus, number as number_text, power_of_ten, scaled};
+
+/// Room beyond the values on a linear axis, as a share of what they span.
+const ROOM: f64 = 0.04;
 
 /// How values are laid along an axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -21,8 +24,8 @@ pub struct Axis {
     pub unit: String,
     /// How values are laid along it.
     pub scale: Scale,
-    /// Whether zero belongs to it whatever the values; of no meaning on a logarithmic axis.
-    pub from_zero: bool,
+    /// Values that belong to it whatever is shown. Where one of them is its end, the axis has no room beyond.
+    pub holds: Vec<f64>,
 }
 
 impl Axis {
@@ -35,13 +38,14 @@ impl Axis {
     /// A logarithmic axis.
     #[must_use]
     pub fn log(label: &str, unit: &str) -> Self {
-        Self { label: label.into(), unit: unit.into(), scale: Scale::Log, from_zero: false }
+        Self { label: label.into(), unit: unit.into(), scale: Scale::Log, holds: Vec::new() }
     }
 
-    /// The same axis, with zero on it.
+    /// The same axis, with some values on it whatever is shown.
     #[must_use]
-    pub fn with_zero(self) -> Self {
-        Self { from_zero: true, ..self }
+    pub fn with(mut self, values: &[f64]) -> Self {
+        self.holds.extend(values);
+        self
     }
 
     /// Whether a value has a place on the axis.
@@ -54,7 +58,7 @@ impl Axis {
     #[must_use]
     pub fn over(&self, values: impl Iterator<Item = f64>, ticks: usize) -> Ruler {
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        for value in values.filter(|value| self.shows(*value)) {
+        for value in values.chain(self.holds.iter().copied()).filter(|value| self.shows(*value)) {
             (low, high) = (low.min(value), high.max(value));
         }
         match self.scale {
@@ -67,35 +71,37 @@ impl Axis {
         if low > high {
             (low, high) = (0.0, 1.0);
         }
-        if self.from_zero {
-            (low, high) = (low.min(0.0), high.max(0.0));
+        let room = if high / 2.0 - low / 2.0 <= 1e-12 * low.abs().max(high.abs()) {
+            // All equal.
+            if low == 0.0 { 1.0 } else { 0.1 * low.abs() }
+        } else {
+            ROOM * (high - low)
+        };
+        // The room may be beyond the largest number there is.
+        let room = if room.is_finite() { room } else { 0.0 };
+        let ends = [low, high].map(|end| self.holds.contains(&end));
+        if !ends[0] || (ends[1] && low == high && low != 0.0) {
+            low -= room;
         }
-        // Halves, so that a difference of the largest numbers there are does not overflow.
-        if high / 2.0 - low / 2.0 <= 1e-12 * low.abs().max(high.abs()) {
-            // All equal: room around them, or above where zero is the start.
-            let room = if low == 0.0 && high == 0.0 { 1.0 } else { 0.1 * low.abs().max(high.abs()) };
-            (low, high) = (if self.from_zero && low == 0.0 { 0.0 } else { low - room }, high + room);
+        if !ends[1] || low == high {
+            high += room;
         }
         let Scaled { divisor, unit } = scaled(&self.unit, low.abs().max(high.abs()));
-        let step = round_step((high / divisor - low / divisor) / ticks as f64);
-        let (first, last) = ((low / divisor / step).floor(), (high / divisor / step).ceil());
+        let step = round_step(high / divisor / ticks as f64 - low / divisor / ticks as f64);
+        // A hair is allowed for, so that a value at a mark has it.
+        let (first, last) = ((low / divisor / step - 1e-9).ceil(), (high / divisor / step + 1e-9).floor());
         let decimals = (-step.log10().floor()).clamp(0.0, 15.0) as usize;
-        let count = (last - first).clamp(1.0, 4.0 * ticks as f64) as u32;
+        let count = (last - first).clamp(0.0, 4.0 * ticks as f64) as u32;
         let ticks = (0..=count).map(|number| {
             let value = (first + f64::from(number)) * step;
             // No "−0".
             let value = if value == 0.0 { 0.0 } else { value };
-            let text = if (1e-6..1e7).contains(&step) { format!("{value:.decimals$}") } else { format!("{value:.2e}") };
-            Tick { at: value * divisor, label: minus(&text) }
+            let plain = (1e-6..1e7).contains(&step);
+            let label = if plain { minus(&format!("{value:.decimals$}")) } else { number_text(value) };
+            Tick { at: value * divisor, label }
         });
         let title = title(&self.label, &unit);
-        Ruler {
-            low: first * step * divisor,
-            high: last * step * divisor,
-            scale: Scale::Linear,
-            ticks: ticks.collect(),
-            title,
-        }
+        Ruler { low, high, scale: Scale::Linear, ticks: ticks.collect(), title }
     }
 
     fn log_over(&self, low: f64, high: f64, ticks: usize) -> Ruler {
@@ -136,9 +142,9 @@ pub struct Tick {
 /// An axis laid over a range.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ruler {
-    /// Value at its start, a tick.
+    /// Value at its start.
     pub low: f64,
-    /// Value at its end, a tick where all fit.
+    /// Value at its end.
     pub high: f64,
     /// How values are laid along it.
     pub scale: Scale,
@@ -156,8 +162,9 @@ impl Ruler {
             Scale::Linear => (value, self.low, self.high),
             Scale::Log => (value.log10(), self.low.log10(), self.high.log10()),
         };
-        let width = high - low;
-        (value.is_finite() && width > 0.0).then(|| (value - low) / width)
+        // Halves, so that a difference of the largest numbers there are does not overflow.
+        let (above, width) = (value / 2.0 - low / 2.0, high / 2.0 - low / 2.0);
+        (value.is_finite() && width > 0.0).then(|| above / width)
     }
 }
 
@@ -186,15 +193,18 @@ mod tests {
 
     #[test]
     fn ticks_stand_at_round_numbers_in_a_unit_that_reads_well() {
-        let ruler = Axis::linear("time", "s").over([0.0, 8e-3].into_iter(), 5);
+        let ruler = Axis::linear("time", "s").with(&[0.0, 8e-3]).over([0.0, 8e-3].into_iter(), 5);
         assert_eq!(labels(&ruler), ["0", "2", "4", "6", "8"]);
         assert_eq!(ruler.title, "time [ms]");
         assert_eq!(ruler.place(4e-3), Some(0.5));
-        let ruler = Axis::linear("temperature", "K").over([293.0, 301.0].into_iter(), 4);
-        assert_eq!(labels(&ruler), ["292", "294", "296", "298", "300", "302"]);
+        let ruler = Axis::linear("temperature", "K").over([293.0, 301.0].into_iter(), 5);
+        assert_eq!(labels(&ruler), ["294", "296", "298", "300"]);
+        let spare = [ruler.place(293.0), ruler.place(301.0)].map(|place| (place.unwrap() - 0.5).abs());
+        // 4 % on both sides of what is shown.
+        assert!(spare.into_iter().all(|place| (place - 0.5 / 1.08).abs() < 1e-12), "{spare:?}");
         let ruler = Axis::linear("power", "W").over([-0.1, 0.23].into_iter(), 4);
         assert_eq!(ruler.title, "power [mW]");
-        assert_eq!(labels(&ruler), ["\u{2212}100", "0", "100", "200", "300"]);
+        assert_eq!(labels(&ruler), ["\u{2212}100", "0", "100", "200"]);
     }
 
     #[test]
@@ -202,7 +212,9 @@ mod tests {
         for (axis, values) in [
             (Axis::linear("a", "1"), vec![]),
             (Axis::linear("a", "1"), vec![0.0, 0.0]),
-            (Axis::linear("a", "m").with_zero(), vec![0.0]),
+            (Axis::linear("a", "m").with(&[0.0]), vec![0.0]),
+            (Axis::linear("a", "m").with(&[0.0]), vec![-2.0]),
+            (Axis::linear("a", "m").with(&[3.0]), vec![3.0]),
             (Axis::linear("a", "K"), vec![300.0]),
             (Axis::linear("a", "1"), vec![f64::NAN, f64::INFINITY]),
             (Axis::linear("a", "1"), vec![-f64::MAX, f64::MAX]),
@@ -212,7 +224,7 @@ mod tests {
             (Axis::log("a", "1"), vec![1e-300, 1e300]),
         ] {
             let ruler = axis.over(values.clone().into_iter(), 5);
-            assert!((2..=24).contains(&ruler.ticks.len()), "{values:?}: {ruler:?}");
+            assert!((1..=24).contains(&ruler.ticks.len()) && ruler.low < ruler.high, "{values:?}: {ruler:?}");
             assert!(ruler.ticks.is_sorted_by(|a, b| a.at < b.at), "{values:?}: {ruler:?}");
             for value in values.into_iter().filter(|value| axis.shows(*value) && value.abs() < 1e300) {
                 let place = ruler.place(value).unwrap();

@@ -48,7 +48,7 @@ impl Bars {
     #[must_use]
     pub fn figure(&self) -> String {
         let total = |bar: &Bar| bar.values.iter().filter(|value| value.is_finite()).sum::<f64>();
-        let axis = self.axis.clone().with_zero();
+        let axis = self.axis.clone().with(&[0.0]);
         let ruler = axis.over(self.bars.iter().map(total), 4);
         let widest = self.bars.iter().map(|bar| text_width(&bar.name)).fold(0.0, f64::max);
         let left = widest.min(NAMES * WIDTH) + 10.0;

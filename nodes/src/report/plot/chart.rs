@@ -93,7 +93,7 @@ impl Chart {
         let points = || self.series.iter().flat_map(|series| &series.points).filter(shown);
         let x = self.x.over(points().map(|point| point[0]), 5);
         let levels = self.levels.iter().map(|level| level.value);
-        let y = self.y.over(points().map(|point| point[1]).chain(levels), 5);
+        let y = self.y.over(points().map(|point| point[1]).chain(levels), 6);
         let frame = Frame::new(x, y, HEIGHT);
         let mut drawing = Drawing::new(WIDTH, HEIGHT, &self.title);
         frame.draw(&mut drawing);
@@ -103,7 +103,9 @@ impl Chart {
         for Level { name, value } in &self.levels {
             if let Some([_, at]) = frame.at([frame.x.low, *value]) {
                 drawing.line("level", [frame.left, at], [frame.left + frame.width, at]);
-                drawing.text("end faint", [frame.left + frame.width - 2.0, at - 4.0], name);
+                // Below the line where there is no room above.
+                let text = if at - 16.0 < TOP { at + 13.0 } else { at - 4.0 };
+                drawing.text("end faint", [frame.left + frame.width - 2.0, text], name);
             }
         }
         for (number, series) in self.series.iter().enumerate() {
@@ -220,11 +222,11 @@ mod tests {
             found.filter_map(|node| node.attribute("d")).map(str::to_owned).collect::<Vec<_>>()
         };
         // Labels of the upright axis are at most 8 characters, "5·10⁻²": the corners follow.
-        let ruler = chart.y.over([1e-2, 1.0].into_iter(), 5);
+        let ruler = chart.y.over([1e-2, 1.0].into_iter(), 6);
         let left = ruler.ticks.iter().map(|tick| text_width(&tick.label)).fold(0.0, f64::max) + 28.0;
         let [low, right, bottom] = [left, WIDTH - RIGHT, HEIGHT - BOTTOM].map(place);
         // A point without a logarithm breaks the line.
-        assert_eq!(drawn("c0 d0 line")[0], format!("M{low} {bottom}L{right} {TOP}M{low} {TOP}"));
+        assert_eq!(drawn("c0 d0 line")[0], format!("M{low} {bottom}L{right} {TOP}M{low} {TOP}"), "{text}");
         assert_eq!(drawn("c1 d0 crosses").len(), 1);
         let names: Vec<_> = page
             .descendants()

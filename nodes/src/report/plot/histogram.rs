@@ -77,7 +77,7 @@ pub fn histogram(title: &str, axis: &Axis, distributions: &[Distribution]) -> St
     let most = counts().max().unwrap_or_default();
     let least = counts().filter(|count| *count > 0).min().unwrap_or_default();
     let decades = most > 100 * least.max(1);
-    let upright = if decades { Axis::log("rows", "1") } else { Axis::linear("rows", "1").with_zero() };
+    let upright = if decades { Axis::log("rows", "1") } else { Axis::linear("rows", "1").with(&[0.0]) };
     // One row is seen on a logarithmic axis too.
     let floor = if decades { 0.5 } else { 0.0 };
     let y = upright.over([floor, most as f64].into_iter(), 4);
@@ -106,6 +106,9 @@ pub fn histogram(title: &str, axis: &Axis, distributions: &[Distribution]) -> St
             }
         }
         if !outline.is_empty() {
+            if let Some([_, base]) = frame.at([distribution.edge(0), bottom]) {
+                let _ = write!(outline, "V{}", place(base));
+            }
             drawing.path(&format!("{} line", series_class(number)), &outline);
         }
     }

@@ -17,7 +17,8 @@ pub struct Scaled {
 }
 
 /// The unit with the prefix that leaves the largest value, `size` in the SI unit `unit`, with one to three digits before
-/// the point. A unit to a power, such as `m^2`, is scaled by the prefix to that power.
+/// the point. A unit to a power, such as `m^2`, is scaled by the prefix to that power, and may have some zeros behind the
+/// point or more digits before it. What is smaller than the smallest prefix keeps the SI unit.
 #[must_use]
 pub fn scaled(unit: &str, size: f64) -> Scaled {
     let end = unit.find(|symbol: char| !symbol.is_ascii_alphabetic()).unwrap_or(unit.len());
@@ -28,9 +29,10 @@ pub fn scaled(unit: &str, size: f64) -> Scaled {
         return plain;
     }
     // A hair is allowed for, so that 1e-6 computed as 0.999…e-6 is a micro.
-    let fits = |(exponent, _): &&(i32, &str)| size.abs() >= 10f64.powi(exponent * power) * (1.0 - 1e-9);
-    let smallest = PREFIXES[PREFIXES.len() - 1];
-    let (exponent, prefix) = *PREFIXES.iter().find(fits).unwrap_or(&smallest);
+    let least = |exponent: i32| 10f64.powi(exponent * power - 2 * (power - 1)) * (1.0 - 1e-9);
+    let Some((exponent, prefix)) = PREFIXES.iter().find(|(exponent, _)| size.abs() >= least(*exponent)) else {
+        return plain;
+    };
     Scaled { divisor: 10f64.powi(exponent * power), unit: format!("{prefix}{}", pretty(unit)) }
 }
 
@@ -128,7 +130,8 @@ mod tests {
             (2.5e-9, "m^2", "2500 µm²"),
             (1234.0, "K", "1234 K"),
             (3.2e7, "A/m^2", "32.00 MA/m²"),
-            (2e-20, "J", "2.000·10⁻⁵ fJ"),
+            (2e-20, "J", "2.000·10⁻²⁰ J"),
+            (4.857e-13, "m^2", "0.4857 µm²"),
             (0.25, "1", "0.2500"),
             (f64::NAN, "J", "NaN J"),
         ] {

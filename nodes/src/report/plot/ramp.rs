@@ -10,8 +10,8 @@ use super::{WIDTH, axis::Axis, svg::Drawing};
 const SHADES: usize = 32;
 /// Height of the ramp.
 const HEIGHT: f64 = 14.0;
-/// Steps the ramp is drawn in.
-const STEPS: usize = 96;
+/// Colours between which the ramp is drawn evenly; the map itself has nine.
+const STOPS: usize = 33;
 
 /// What colours mean.
 #[derive(Clone, Debug)]
@@ -40,14 +40,7 @@ impl Ramp {
         let ruler = self.axis.over([range.min, range.max].into_iter(), 6);
         let (left, width) = (30.0, WIDTH - 60.0);
         let mut drawing = Drawing::new(WIDTH, HEIGHT + 36.0, &ruler.title);
-        for step in 0..STEPS {
-            let fraction = (step as f64 + 0.5) / STEPS as f64;
-            let colour = hex(colour::colour(fraction));
-            let x = left + width * step as f64 / STEPS as f64;
-            // A hair wider than a step, so that nothing shows between them.
-            let (x, step) = (super::svg::place(x), super::svg::place(width / STEPS as f64 + 0.4));
-            drawing.raw(&format!("<rect x=\"{x}\" y=\"0\" width=\"{step}\" height=\"{HEIGHT}\" fill=\"{colour}\"/>"));
-        }
+        drawing.raw(&format!("<rect x=\"{left}\" y=\"0\" width=\"{width}\" height=\"{HEIGHT}\" fill=\"url(#ramp)\"/>"));
         // The colours end where the values do, not at the outer marks.
         let span = range.max - range.min;
         for tick in ruler.ticks.iter().filter(|tick| span > 0.0 && tick.at >= range.min && tick.at <= range.max) {
@@ -65,7 +58,7 @@ impl Ramp {
     }
 }
 
-/// The shades of all spheres on a page, lit from the upper left; they stand in it once.
+/// The shades of all spheres on a page, lit from the upper left, and the colours of its ramps; they stand in it once.
 #[must_use]
 pub fn gradients() -> String {
     let mut text = String::from("<svg class=\"shades\" width=\"0\" height=\"0\" aria-hidden=\"true\"><defs>\n");
@@ -79,7 +72,12 @@ pub fn gradients() -> String {
              <stop offset=\".5\" stop-color=\"{plain}\"/><stop offset=\"1\" stop-color=\"{dark}\"/></radialGradient>"
         );
     }
-    text + "</defs></svg>\n"
+    text += "<linearGradient id=\"ramp\">";
+    for stop in 0..STOPS {
+        let fraction = stop as f64 / (STOPS - 1) as f64;
+        let _ = write!(text, "<stop offset=\"{fraction:.4}\" stop-color=\"{}\"/>", hex(colour::colour(fraction)));
+    }
+    text + "</linearGradient>\n</defs></svg>\n"
 }
 
 fn hex([red, green, blue]: [u8; 3]) -> String {
