@@ -46,12 +46,24 @@ fn compare(page: &str, info: &Value) -> Vec<(String, f64)> {
         let told = told(info, key).unwrap_or_else(|| panic!("{key}"));
         assert!(same(*value, told), "{key}: {value} on the page, {told} by info");
     }
-    let has = |key: &str| others.iter().any(|(other, _)| other == key);
-    for key in ["steps_accepted", "iterations", "simulated_time_s", "dt.min_s", "nodes.thermal.solve_s"] {
+    fields
+}
+
+/// Whether a page of quick.toml tells what it should.
+fn is_whole(page: &str) {
+    let entries = data(page);
+    let has = |key: &str| entries.iter().any(|(other, _)| other == key);
+    for key in [
+        "steps_accepted",
+        "iterations",
+        "simulated_time_s",
+        "dt.min_s",
+        "nodes.thermal.solve_s",
+        "nodes.thermal.ledger.stored.heat",
+        "topics.field/particles/positions.bytes",
+    ] {
         assert!(has(key), "{key}");
     }
-    assert!(has("nodes.thermal.ledger.stored.heat") && has("topics.field/particles/positions.bytes"));
-    fields
 }
 
 #[test]
@@ -62,6 +74,7 @@ fn its_numbers_are_those_of_info_and_it_needs_nothing_beside_itself() {
     assert!(output.status.success(), "{}", said(&output));
     let page = std::fs::read_to_string(place.path("report.html")).unwrap();
     assert!(page.len() < 5_000_000, "{} bytes", page.len());
+    is_whole(&page);
     let fields = compare(&page, &info(&place, "run.mcap"));
     let mut compared = 0;
     for field in run["fields"].as_array().unwrap() {
@@ -94,13 +107,18 @@ fn of_a_file_that_is_cut_off_or_damaged_it_shows_what_can_be_read() {
     let place = Workplace::with("quick.toml");
     json(&place.run(&["--record", "run.mcap", "--json"]));
     let whole = std::fs::read(place.path("run.mcap")).unwrap();
-    // Behind one half there are whole chunks, as quick.toml is recorded in fractions of a second.
-    std::fs::write(place.path("cut.mcap"), &whole[..whole.len() - 40]).unwrap();
-    let output = report(&place, "cut.mcap", "cut.html");
-    assert_eq!(output.status.code(), Some(3), "{}", said(&output));
-    let page = std::fs::read_to_string(place.path("cut.html")).unwrap();
-    assert!(page.contains("cut off or damaged"));
-    compare(&page, &info(&place, "cut.mcap"));
+    // The last cut takes the end mark alone.
+    for end in (1..10).map(|tenth| tenth * whole.len() / 10).chain([whole.len() - 40]) {
+        std::fs::write(place.path("cut.mcap"), &whole[..end]).unwrap();
+        let output = report(&place, "cut.mcap", "cut.html");
+        assert_eq!(output.status.code(), Some(3), "{end}: {}", said(&output));
+        let page = std::fs::read_to_string(place.path("cut.html")).unwrap();
+        assert!(page.contains("cut off or damaged"));
+        compare(&page, &info(&place, "cut.mcap"));
+        if end == whole.len() - 40 {
+            is_whole(&page);
+        }
+    }
 
     let mut flipped = whole.clone();
     let middle = flipped.len() / 2;
