@@ -228,3 +228,81 @@ fn foot(gathered: &Gathered) -> String {
         env!("CARGO_PKG_VERSION")
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use stagger_messages::{Energy, Field, Measure, Port};
+    use stagger_recordings::RunInfo;
+
+    use super::*;
+    use crate::report::{
+        plot::{Sphere, Thinned},
+        snapshots::Colouring,
+    };
+
+    fn noise(number: u32) -> f64 {
+        (f64::from(number) * 0.618_034).fract()
+    }
+
+    fn curve() -> Thinned {
+        let mut curve = Thinned::default();
+        (0..20_000).for_each(|number| curve.push(f64::from(number) * 1e-6, noise(number)));
+        curve
+    }
+
+    /// More of everything than a run has: nodes, fields, energies, steps, particles that all can be seen, text.
+    fn large() -> Gathered {
+        let mut gathered = Gathered { accepted: 20_000, rejected: 1, t_s: 0.02, ..Gathered::default() };
+        gathered.info = RunInfo { scene_text: "<&µ>\n".repeat(40_000), ..RunInfo::default() };
+        let named = |number: usize| (format!("a field with a name {number}"), curve());
+        gathered.curves.dt_s = curve();
+        gathered.curves.iterations = curve();
+        gathered.curves.accepted_errors = (0..40).map(named).collect();
+        gathered.curves.first_errors = (0..40).map(named).collect();
+        gathered.curves.solve_s = (0..40).map(named).collect();
+        for number in 0..40 {
+            let node = format!("node{number}");
+            gathered.curves.energies_j.insert(node.clone(), (0..40).map(named).collect());
+            gathered.ledger.book(&node, &(0..40).map(|name| Energy::lost(&name.to_string(), 1.0)).collect::<Vec<_>>());
+            gathered.nodes.insert(node, NodeWork::default());
+        }
+        for number in 0..100 {
+            let port = Arc::new(Port::f64(&format!("f{number}"), "m", "particles", 3, Measure::None));
+            let values: Vec<f64> = (0..30_000).map(noise).collect();
+            gathered.fields.insert(format!("f{number}"), Field::new(&port, 0, values).unwrap());
+            gathered.topics.insert(format!("field/node/f{number}"), [1, 2]);
+        }
+        // A plane that is seen from both sides, as it is oblique.
+        let sphere = |number: u32| {
+            let (x, y) = ((number % 150) as f32, (number / 150) as f32);
+            Sphere { centre_m: [x, y, y], radius_m: 0.4, value: noise(number) as f32 }
+        };
+        let snapshot = |step| Snapshot { t_s: 0.01, step, spheres: (0..22_500).map(sphere).collect() };
+        let colouring = Colouring { name: "temperature".into(), unit: "K".into() };
+        gathered.pictures = Some((colouring, (0..3).map(snapshot).collect()));
+        gathered
+    }
+
+    #[test]
+    fn a_page_of_anything_stays_below_5_mb_and_says_what_it_leaves_out() {
+        let page = page(&large(), "<large>");
+        assert!(page.len() < 5_000_000, "{} bytes", page.len());
+        let options = roxmltree::ParsingOptions { allow_dtd: true, ..Default::default() };
+        roxmltree::Document::parse_with_options(&page, options).unwrap();
+        for expected in
+            ["every n-th is drawn", "some 1000 points", "The first 100.0 kB of", "The first 48 of 100 fields"]
+        {
+            assert!(page.contains(expected), "{expected}");
+        }
+    }
+
+    #[test]
+    fn of_a_recording_without_anything_there_is_a_page_too() {
+        let page = page(&Gathered::default(), "nothing");
+        let options = roxmltree::ParsingOptions { allow_dtd: true, ..Default::default() };
+        roxmltree::Document::parse_with_options(&page, options).unwrap();
+        assert!(page.contains("not closed") && page.contains("cut off or damaged"));
+    }
+}

@@ -96,7 +96,7 @@ pub fn write(recording: &Recording, folder: &Path, every: u64) -> Result<Written
     last.as_ref().map(put).transpose()?;
     let mut files = Vec::new();
     for mut table in tables {
-        table.writer.finish().map_err(|source| ArrowFilesError::Arrow { path: table.path.clone(), source })?;
+        table.finish()?;
         files.push((table.path, table.rows));
     }
     Ok(Written { files, complete, problem })
@@ -155,7 +155,8 @@ impl Table {
         // A support of a foreign node may be called anything.
         let name: String = support.chars().map(|c| if c.is_alphanumeric() || c == '-' { c } else { '_' }).collect();
         let path = folder.join(format!("{name}.arrow"));
-        let with_unit = |field: ArrowField, unit: &str| field.with_metadata([("unit".into(), unit.into())].into());
+        let with_unit =
+            |field: ArrowField, unit: &str| field.with_metadata([("unit".to_owned(), unit.to_owned())].into());
         let mut fields = vec![
             with_unit(ArrowField::new("t_s", DataType::Float64, false), "s"),
             ArrowField::new("step", DataType::UInt64, false),
@@ -181,6 +182,11 @@ impl Table {
         let batch = self.batch(step).map_err(|source| ArrowFilesError::Arrow { path: self.path.clone(), source })?;
         self.rows += batch.num_rows() as u64;
         self.writer.write(&batch).map_err(|source| ArrowFilesError::Arrow { path: self.path.clone(), source })
+    }
+
+    fn finish(&mut self) -> Result<(), ArrowFilesError> {
+        let finished = self.writer.finish().and_then(|()| self.writer.flush());
+        finished.map_err(|source| ArrowFilesError::Arrow { path: self.path.clone(), source })
     }
 
     fn batch(&self, step: &Step) -> Result<RecordBatch, ArrowError> {
@@ -223,18 +229,20 @@ fn data_type(kind: ValueKind) -> DataType {
     }
 }
 
+fn column<T: Copy>(values: &[T], component: usize, components: usize) -> impl Iterator<Item = T> {
+    values.iter().skip(component).step_by(components).copied()
+}
+
 fn array(field: &Field, component: usize) -> Option<ArrayRef> {
     let components = field.components();
-    fn column<T: Copy>(values: &[T], component: usize, components: usize) -> impl Iterator<Item = T> {
-        values.iter().skip(component).step_by(components).copied()
-    }
-    Some(match field.values().kind() {
+    let array: ArrayRef = match field.values().kind() {
         ValueKind::F64 => Arc::new(Float64Array::from_iter_values(column(field.f64().ok()?, component, components))),
         ValueKind::U32 => Arc::new(UInt32Array::from_iter_values(column(field.u32().ok()?, component, components))),
         ValueKind::U8 | ValueKind::Unspecified => {
             Arc::new(UInt8Array::from_iter_values(column(field.u8().ok()?, component, components)))
         }
-    })
+    };
+    Some(array)
 }
 
 #[cfg(test)]
@@ -281,7 +289,7 @@ mod tests {
         let info = RunInfo { run: "r".into(), ..RunInfo::default() };
         let mut table = Table::create(&folder, "particles".into(), columns, &info).unwrap();
         states.iter().for_each(|step| table.put(step).unwrap());
-        table.writer.finish().unwrap();
+        table.finish().unwrap();
         assert_eq!(table.rows, 3);
 
         let reader = FileReader::try_new(File::open(&table.path).unwrap(), None).unwrap();
