@@ -1,4 +1,6 @@
-//! `stagger export`: the accepted states of a recording as files that ParaView reads.
+//! `stagger export`: the accepted states of a recording as files of other programs.
+
+mod scalars;
 
 use std::{
     fs::{self, File},
@@ -7,7 +9,7 @@ use std::{
 };
 
 use stagger_recordings::{
-    Recording, RecordingError, Step, Steps,
+    Recording, RecordingError, State, States, Step,
     vtp::{self, VtpError},
 };
 
@@ -35,7 +37,7 @@ pub enum ExportError {
     },
 }
 
-/// What was exported.
+/// What was exported for ParaView.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Exported {
     /// States written.
@@ -44,16 +46,37 @@ pub struct Exported {
     pub particles: PathBuf,
     /// The series of contacts, where it was asked for.
     pub contacts: Option<PathBuf>,
-    /// Whether the recording reaches the end of its run.
-    pub complete: bool,
+    /// How far the recording could be read.
+    pub reading: Reading,
 }
 
-/// Writes the start, every n-th accepted step and the last state of a recording into a folder, which is made.
+/// What was exported as a table of scalars.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scalars {
+    /// Rows: the start and each accepted step.
+    pub rows: usize,
+    /// The table.
+    pub path: PathBuf,
+    /// How far the recording could be read.
+    pub reading: Reading,
+}
+
+/// How far a recording could be read.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Reading {
+    /// Whether it reaches the end of its run.
+    pub complete: bool,
+    /// The first thing in it that cannot be read, in words.
+    pub problem: Option<String>,
+}
+
+/// Writes the start, every n-th accepted step and the last state of a recording into a folder, which is made, as series of
+/// VTK files.
 ///
 /// # Errors
 /// The recording cannot be read or has no particles; a file cannot be written.
-pub fn export(recording: &Recording, folder: &Path, every: u64, contacts: bool) -> Result<Exported, ExportError> {
-    fs::create_dir_all(folder).map_err(|source| ExportError::Io { path: folder.into(), source })?;
+pub fn paraview(recording: &Recording, folder: &Path, every: u64, contacts: bool) -> Result<Exported, ExportError> {
+    make(folder)?;
     let mut particles =
         Series { folder, name: "particles", write: |step, file| vtp::particles(step, file), files: Vec::new() };
     let mut lines =
@@ -62,26 +85,58 @@ pub fn export(recording: &Recording, folder: &Path, every: u64, contacts: bool) 
         particles.put(step)?;
         if contacts { lines.put(step) } else { Ok(()) }
     };
-    let mut steps = Steps::default();
     // The last state is written whatever its number.
     let mut last = None;
-    let mut messages = recording.messages()?;
-    for message in messages.by_ref() {
-        let Some(step) = steps.take(message?).step.filter(|step| step.recorded) else { continue };
+    let reading = read(recording, |State { step, .. }| {
+        if !step.recorded {
+            return Ok(());
+        }
         last = None;
         if step.version.step.is_multiple_of(every) {
             put(&step)?;
         } else {
             last = Some(step);
         }
-    }
-    if let Some(step) = steps.end().or(last) {
-        put(&step)?;
-    }
+        Ok(())
+    })?;
+    last.as_ref().map(put).transpose()?;
     let states = particles.files.len();
     let particles = particles.finish()?;
     let contacts = contacts.then(|| lines.finish()).transpose()?;
-    Ok(Exported { states, particles, contacts, complete: messages.complete() })
+    Ok(Exported { states, particles, contacts, reading })
+}
+
+/// Writes the scalars of a recording into `scalars.csv` in a folder, which is made.
+///
+/// # Errors
+/// The recording cannot be opened again, or the file not be written.
+pub fn scalars(recording: &Recording, folder: &Path) -> Result<Scalars, ExportError> {
+    make(folder)?;
+    let path = folder.join("scalars.csv");
+    let (rows, reading) = scalars::write(recording, &path)?;
+    Ok(Scalars { rows, path, reading })
+}
+
+fn make(folder: &Path) -> Result<(), ExportError> {
+    fs::create_dir_all(folder).map_err(|source| ExportError::Io { path: folder.into(), source })
+}
+
+/// Hands every accepted state of a recording over, as far as it can be read.
+fn read(recording: &Recording, mut put: impl FnMut(State) -> Result<(), ExportError>) -> Result<Reading, ExportError> {
+    let mut states = States::default();
+    let mut problem = None;
+    let mut messages = recording.messages()?;
+    for message in messages.by_ref() {
+        match message {
+            Ok(message) => states.take(message).state.map(&mut put).transpose()?,
+            Err(error) => {
+                problem.get_or_insert_with(|| error.to_string());
+                None
+            }
+        };
+    }
+    states.end().map(put).transpose()?;
+    Ok(Reading { complete: messages.complete() && problem.is_none(), problem })
 }
 
 /// Files of one kind, by time.
@@ -98,10 +153,7 @@ impl Series<'_> {
         let path = self.folder.join(&name);
         let file = File::create(&path).map_err(|source| ExportError::Io { path: path.clone(), source })?;
         (self.write)(step, BufWriter::new(file)).map_err(|source| ExportError::State { path, source })?;
-        // The last state comes again where fields of it came late.
-        if self.files.last().is_none_or(|(_, last)| *last != name) {
-            self.files.push((step.t_s, name));
-        }
+        self.files.push((step.t_s, name));
         Ok(())
     }
 

@@ -20,6 +20,7 @@ pub mod plug_in;
 pub mod recovery;
 pub mod replay;
 pub mod replayed;
+pub mod report;
 pub mod resume;
 pub mod roster;
 pub mod router;

@@ -4,6 +4,7 @@
 //! messages and embedded descriptors, so that other programs read it as it is. Nothing here is asynchronous.
 
 mod accounts;
+pub mod colour;
 mod container;
 mod error;
 mod history;
@@ -14,6 +15,7 @@ mod recorder;
 mod recording;
 mod replies;
 mod run_info;
+mod states;
 mod steps;
 mod summary;
 mod summary_text;
@@ -28,5 +30,6 @@ pub use recorder::{ControlKind, Exchange, Level, Recorded, Recorder, RecorderOpt
 pub use recording::{Body, Message, Messages, Recording, messages_from};
 pub use replies::{End, Replies, Reply};
 pub use run_info::RunInfo;
+pub use states::{State, States, Taken, Work};
 pub use steps::{Step, Steps};
 pub use summary::{FieldErrors, NodeSummary, Summary, TopicSummary, WindowSizes};

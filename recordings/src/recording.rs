@@ -50,6 +50,8 @@ pub struct Message {
     pub log_time_ns: u64,
     /// Wall clock when it was recorded, in ns since 1970.
     pub publish_time_ns: u64,
+    /// Length of its record, in bytes.
+    pub bytes: u64,
     /// What it says.
     pub body: Body,
 }
@@ -213,10 +215,10 @@ impl<R: Read> Iterator for Messages<R> {
             if !self.fields && &*schema == FIELD {
                 continue;
             }
-            let topic = topic.to_string();
+            let (topic, bytes) = (topic.to_string(), data.len() as u64);
             match body(&schema, &data) {
                 Ok(None) => {}
-                Ok(Some(body)) => return Some(Ok(Message { topic, log_time_ns, publish_time_ns, body })),
+                Ok(Some(body)) => return Some(Ok(Message { topic, log_time_ns, publish_time_ns, bytes, body })),
                 Err(source) => return Some(Err(RecordingError::Message { topic, source })),
             }
         }

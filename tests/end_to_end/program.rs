@@ -117,6 +117,11 @@ pub fn said(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
+/// Whether two numbers are equal but for reading them from JSON, which `serde_json` does to the last bit or the next.
+pub fn same(a: f64, b: f64) -> bool {
+    (a - b).abs() <= 4.0 * f64::EPSILON * b.abs()
+}
+
 /// Standard output as JSON; the run must have ended well.
 pub fn json(output: &Output) -> serde_json::Value {
     assert!(output.status.success(), "{}", said(output));

@@ -70,11 +70,12 @@ fn messages_and_solver_do_no_io() {
 }
 
 #[test]
-fn one_file_knows_each_of_zenoh_mcap_and_rerun() {
+fn one_file_knows_each_of_zenoh_mcap_rerun_and_arrow() {
     let expected = [
         ("zenoh", "nodes/src/link.rs"),
         ("mcap", "recordings/src/container.rs"),
         ("rerun", "recordings/view/src/show.rs"),
+        ("arrow", "recordings/view/src/arrow_files.rs"),
     ];
     for (library, only) in expected {
         let mut importers = Vec::new();
@@ -121,9 +122,21 @@ fn no_test_is_ignored_and_nothing_is_left_undone() {
 #[test]
 fn the_command_line_says_every_command_of_the_readme() {
     let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
-    for command in
-        ["run", "check", "node", "coordinator", "router", "replay", "verify", "info", "view", "conformance", "new-node"]
-    {
+    for command in [
+        "run",
+        "check",
+        "node",
+        "coordinator",
+        "router",
+        "replay",
+        "verify",
+        "info",
+        "view",
+        "report",
+        "export",
+        "conformance",
+        "new-node",
+    ] {
         assert!(readme.contains(&format!("stagger {command}")), "README.md does not show `stagger {command}`");
     }
 }

@@ -96,20 +96,16 @@ pub(super) enum Command {
         #[arg(long)]
         json: bool,
     },
-    /// Write a recording as files for ParaView (docs/particle-files.md); exit 3 when it is cut off
-    Export {
+    /// Write a page about a recording that needs nothing beside itself; exit 3 when the recording is cut off or damaged
+    Report {
         /// The recording
         file: PathBuf,
-        /// Folder for the files, which is made
-        #[arg(long, value_name = "FOLDER")]
-        out: PathBuf,
-        /// Steps from one file to the next; the start and the last state are always written
-        #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
-        every: u64,
-        /// Write the contacts between particles too
-        #[arg(long)]
-        contacts: bool,
+        /// The page; by default the recording's name with .html in the working directory
+        #[arg(long, value_name = "FILE")]
+        out: Option<PathBuf>,
     },
+    /// Write a recording as files for ParaView, CSV or Arrow (docs/exports.md); exit 3 when it is cut off or damaged
+    Export(ExportArguments),
     /// Show a recording, or a run that is going on, in Rerun
     View {
         /// A recording, or the name of a run on this host
@@ -269,6 +265,30 @@ pub(super) struct ReplayArguments {
     /// Endpoint to listen on; by default a socket that is printed
     #[arg(long)]
     pub(super) listen: Option<String>,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct ExportArguments {
+    /// The recording
+    pub(super) file: PathBuf,
+    /// Folder for the files, which is made
+    #[arg(long, value_name = "FOLDER")]
+    pub(super) out: PathBuf,
+    /// Write series of VTK files for ParaView; this is what is written where nothing else is asked for
+    #[arg(long)]
+    pub(super) vtp: bool,
+    /// Write a table of scalars with a row for each accepted step
+    #[arg(long)]
+    pub(super) csv: bool,
+    /// Write the fields as Arrow files, one for each support; needs stagger-view
+    #[arg(long)]
+    pub(super) arrow: bool,
+    /// Steps from one state to the next of VTK and Arrow files; the start and the last state are always written
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    pub(super) every: u64,
+    /// Write VTK files of the contacts between particles too
+    #[arg(long)]
+    pub(super) contacts: bool,
 }
 
 pub(crate) fn key_value(text: &str) -> Result<(String, String), String> {

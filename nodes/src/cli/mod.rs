@@ -2,6 +2,7 @@
 
 mod arguments;
 mod author;
+mod out;
 mod words;
 
 use std::{
@@ -23,7 +24,7 @@ use stagger_solver::scene::Scene;
 use crate::{
     check, check_json,
     coordinator::RunError,
-    diagnostics, export,
+    diagnostics,
     graph::Format,
     link::{Link, Role},
     node,
@@ -72,7 +73,8 @@ pub fn main(arguments: Arguments) -> ExitCode {
             verify_file(&file, node.as_deref(), with.as_deref(), tolerance, json)
         }
         Command::Info { file, json } => info(&file, json),
-        Command::Export { file, out, every, contacts } => export_file(&file, &out, every, contacts),
+        Command::Report { file, out } => out::report(&file, out),
+        Command::Export(arguments) => out::export(&arguments),
         Command::View { what, save, connect, contacts } => {
             let mut arguments = Vec::new();
             if let Some(save) = save {
@@ -359,19 +361,6 @@ fn verify_file(file: &Path, node: Option<&str>, with: Option<&str>, tolerance: f
         }
         None => End::Done,
     }
-}
-
-fn export_file(file: &Path, out: &Path, every: u64, contacts: bool) -> End {
-    let exported = Recording::open(file)
-        .map_err(Into::into)
-        .and_then(|recording| export::export(&recording, out, every, contacts));
-    let exported = match exported {
-        Ok(exported) => exported,
-        Err(error) => return about(file, &error),
-    };
-    let contacts = exported.contacts.map_or(String::new(), |path| format!(" and {}", path.display()));
-    print(&format!("{} states: open {}{contacts} in ParaView", exported.states, exported.particles.display()));
-    if exported.complete { End::Done } else { End::Code(MISSING, format!("{} is cut off", file.display())) }
 }
 
 /// Prints a result as JSON.

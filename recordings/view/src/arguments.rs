@@ -7,15 +7,18 @@ use crate::frame::Marks;
 /// How to call the program.
 pub const USAGE: &str = "\
 usage: stagger-view FILE|- [--save OUT.rrd | --connect URL] [--contacts] [--velocities]
+       stagger-view FILE --arrow FOLDER [--every N]
 
   FILE         a recording (.mcap); `-` reads the stream of a run under way from standard input
   --save       writes a Rerun recording instead of starting a viewer
   --connect    sends to a viewer that runs already, such as rerun+http://127.0.0.1:9876/proxy
   --contacts   draws contacts as lines between the centres, and the particles smaller
-  --velocities draws velocities as arrows, the longest of the run six radii long";
+  --velocities draws velocities as arrows, the longest of the run six radii long
+  --arrow      writes the fields as Arrow files, one for each support, and shows nothing
+  --every      steps from one state in them to the next; the start and the last state are always written";
 
 /// What is asked for.
-#[derive(Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Arguments {
     /// The recording; `None` for standard input.
     pub input: Option<PathBuf>,
@@ -23,10 +26,12 @@ pub struct Arguments {
     pub target: Target,
     /// What is drawn besides.
     pub marks: Marks,
+    /// Folder for Arrow files of the fields, and the steps from one state in them to the next; nothing is shown then.
+    pub arrow: Option<(PathBuf, u64)>,
 }
 
 /// Where the pictures go.
-#[derive(Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Target {
     /// To a viewer that is started for it.
     Viewer,
@@ -40,6 +45,7 @@ pub enum Target {
 pub fn parse(arguments: impl IntoIterator<Item = String>) -> Result<Arguments, String> {
     let mut arguments = arguments.into_iter();
     let (mut input, mut target, mut marks) = (None, None, Marks::default());
+    let (mut folder, mut every) = (None, None);
     while let Some(argument) = arguments.next() {
         let mut value = || arguments.next().ok_or(format!("`{argument}` needs a value"));
         let chosen = match argument.as_str() {
@@ -49,6 +55,16 @@ pub fn parse(arguments: impl IntoIterator<Item = String>) -> Result<Arguments, S
             }
             "--velocities" => {
                 marks.velocities = true;
+                continue;
+            }
+            "--every" => {
+                let text = value()?;
+                let steps = text.parse().ok().filter(|steps: &u64| *steps > 0);
+                every = Some(steps.ok_or_else(|| format!("`--every` needs a number of steps, not `{text}`"))?);
+                continue;
+            }
+            "--arrow" => {
+                folder = Some(value()?.into());
                 continue;
             }
             "--save" => Target::File(value()?.into()),
@@ -66,8 +82,17 @@ pub fn parse(arguments: impl IntoIterator<Item = String>) -> Result<Arguments, S
         }
     }
     let input = input.ok_or("a recording is missing")?;
-    let input = (input != "-").then(|| input.into());
-    Ok(Arguments { input, target: target.unwrap_or(Target::Viewer), marks })
+    let input: Option<PathBuf> = (input != "-").then(|| input.into());
+    let arrow = folder.map(|folder| (folder, every.unwrap_or(1)));
+    match &arrow {
+        Some(_) if input.is_none() => return Err("--arrow reads a recording twice: it needs a file".into()),
+        Some(_) if target.is_some() => {
+            return Err("--arrow shows nothing: it does not go with --save or --connect".into());
+        }
+        None if every.is_some() => return Err("--every belongs to --arrow".into()),
+        _ => {}
+    }
+    Ok(Arguments { input, target: target.unwrap_or(Target::Viewer), marks, arrow })
 }
 
 #[cfg(test)]
@@ -84,10 +109,14 @@ mod tests {
             input: None,
             target: Target::File("out.rrd".into()),
             marks: Marks { contacts: true, velocities: true },
+            arrow: None,
         };
         assert_eq!(parsed("- --save out.rrd --contacts --velocities"), Ok(expected));
-        let expected = Arguments { input: Some("run.mcap".into()), target: Target::Viewer, marks: Marks::default() };
-        assert_eq!(parsed("run.mcap"), Ok(expected));
+        let expected =
+            Arguments { input: Some("run.mcap".into()), target: Target::Viewer, marks: Marks::default(), arrow: None };
+        assert_eq!(parsed("run.mcap"), Ok(expected.clone()));
+        let expected = Arguments { arrow: Some(("out".into(), 5)), ..expected };
+        assert_eq!(parsed("run.mcap --arrow out --every 5"), Ok(expected));
     }
 
     #[test]
@@ -98,6 +127,10 @@ mod tests {
             ("a.mcap --save", "`--save` needs a value"),
             ("a.mcap --frames 3", "unknown option `--frames`"),
             ("a.mcap --save x --connect y", "one of --save and --connect"),
+            ("a.mcap --save x --arrow y", "shows nothing"),
+            ("a.mcap --arrow x --every 0", "a number of steps, not `0`"),
+            ("a.mcap --every 2", "belongs to --arrow"),
+            ("- --arrow x", "needs a file"),
         ] {
             let error = parsed(line).unwrap_err();
             assert!(error.contains(expected), "{line}: {error}");

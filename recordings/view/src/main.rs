@@ -1,7 +1,7 @@
 //! Shows a stagger recording, or a run under way, in the Rerun viewer.
 
 mod arguments;
-mod colour;
+mod arrow_files;
 mod frame;
 mod grid;
 mod layers;
@@ -22,7 +22,7 @@ use layers::Layers;
 use plots::Plots;
 use show::{Moment, Show};
 use stagger_messages::Verdict;
-use stagger_recordings::{Messages, Recording, RunInfo, Step, Steps, messages_from};
+use stagger_recordings::{Messages, Recording, RunInfo, Step, Steps, colour, messages_from};
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -38,7 +38,7 @@ fn main() -> ExitCode {
         }
     };
     match run(&arguments) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(code) => code,
         Err(error) => {
             eprintln!("error: {error}");
             ExitCode::FAILURE
@@ -46,7 +46,10 @@ fn main() -> ExitCode {
     }
 }
 
-fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
+fn run(arguments: &Arguments) -> Result<ExitCode, Box<dyn Error>> {
+    if let (Some(path), Some((folder, every))) = (&arguments.input, &arguments.arrow) {
+        return arrow(path, folder, *every);
+    }
     match &arguments.input {
         Some(path) => {
             let (recording, overview) = survey(path)?;
@@ -54,13 +57,27 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
             if let Some(overview) = overview {
                 player.set_up(overview)?;
             }
-            player.play(recording.messages()?)
+            player.play(recording.messages()?)?;
         }
         None => {
             let messages = messages_from(io::stdin().lock())?;
-            Player::open(arguments, &messages.info)?.play(messages)
+            Player::open(arguments, &messages.info)?.play(messages)?;
         }
     }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Writes a recording's fields as Arrow files; 3 where it is cut off or damaged.
+fn arrow(recording: &Path, folder: &Path, every: u64) -> Result<ExitCode, Box<dyn Error>> {
+    let written = arrow_files::write(&Recording::open(recording)?, folder, every)?;
+    for (file, rows) in &written.files {
+        println!("{rows} rows in {}", file.display());
+    }
+    if written.complete {
+        return Ok(ExitCode::SUCCESS);
+    }
+    eprintln!("error: {}: {}", recording.display(), written.problem.as_deref().unwrap_or("it is cut off"));
+    Ok(ExitCode::from(3))
 }
 
 /// Reads a recording through for what holds for all its pictures: the range of the colours, the unit, the camera.

@@ -1,0 +1,59 @@
+//! `stagger report`: a recording as one page that needs nothing beside itself.
+
+mod convergence;
+mod energy;
+mod fields;
+mod gathered;
+mod html;
+mod page;
+pub mod plot;
+mod snapshots;
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+use stagger_recordings::{Recording, RecordingError};
+
+use crate::scene_files;
+use gathered::Gathered;
+
+/// Why there is no report.
+#[derive(Debug, thiserror::Error)]
+pub enum ReportError {
+    /// The recording cannot be read.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
+    /// The page cannot be written.
+    #[error("cannot write {}: {source}", path.display())]
+    Write {
+        /// Its path.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+}
+
+/// What was reported.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Reported {
+    /// Size of the page, in bytes.
+    pub bytes: usize,
+    /// False where the recording is cut off or damaged, and the page shows what could be read.
+    pub complete: bool,
+}
+
+/// Reads a recording once and writes a page about it.
+///
+/// # Errors
+/// The recording cannot be opened again, or the page not be written.
+pub fn report(recording: &Recording, out: &Path) -> Result<Reported, ReportError> {
+    let gathered = Gathered::from(recording)?;
+    // A scene of an older program may not be valid here; the page then has the file's name.
+    let title = scene_files::recorded(&recording.info).map(|scene| scene.title).unwrap_or_default();
+    let title = if title.is_empty() { &recording.info.scene_file } else { &title };
+    let page = page::page(&gathered, title);
+    fs::write(out, &page).map_err(|source| ReportError::Write { path: out.into(), source })?;
+    Ok(Reported { bytes: page.len(), complete: gathered.complete })
+}
