@@ -5,6 +5,7 @@
 
 mod accounts;
 mod container;
+mod display;
 mod error;
 mod history;
 mod journal;

@@ -6,6 +6,7 @@ use stagger_solver::coupling::Account;
 use crate::{
     Accounts, Body, Recording, RecordingError,
     container::Event,
+    display,
     recording::{self, END},
 };
 
@@ -118,6 +119,8 @@ impl Summary {
                     summary.lost = map.get("lost").and_then(|value| value.parse().ok());
                 }
                 Event::Message { topic, schema, data, .. } => {
+                    // One line for all that is only shown to other programs.
+                    let topic = if topic.starts_with(display::TOPICS) { "display" } else { &topic };
                     let entry = summary.topics.entry(topic.to_string()).or_default();
                     entry.messages += 1;
                     entry.bytes += data.len() as u64;

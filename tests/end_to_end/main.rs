@@ -8,11 +8,15 @@ mod bad_runs;
 mod by_hand;
 mod commands;
 mod current;
+mod damage;
+mod disk;
 mod faults;
 mod files;
 mod live;
 mod pouring;
 mod program;
+#[path = "../../recordings/tests/raw/mod.rs"]
+mod raw;
 mod recovery;
 mod same_bits;
 mod several_hosts;
