@@ -126,6 +126,8 @@ pub(crate) struct ContainerReader<R> {
     proven: VecDeque<Event>,
     schemas: BTreeMap<u16, Arc<str>>,
     channels: BTreeMap<u16, (Arc<str>, Arc<str>)>,
+    /// Whether a record was read.
+    begun: bool,
     ended: bool,
     complete: bool,
 }
@@ -146,6 +148,7 @@ impl<R: Read> ContainerReader<R> {
             proven: VecDeque::new(),
             schemas: BTreeMap::new(),
             channels: BTreeMap::new(),
+            begun: false,
             ended: false,
             complete: false,
         }
@@ -176,9 +179,8 @@ impl<R: Read> ContainerReader<R> {
             Ok(LinearReadEvent::Record { opcode, data }) => {
                 // The summary repeats what the data section said; only the latter is read, and the index skipped.
                 let wanted = [op::SCHEMA, op::CHANNEL, op::MESSAGE, op::METADATA, op::ATTACHMENT];
-                if opcode == op::FOOTER {
-                    (self.ended, self.complete) = (true, true);
-                } else if wanted.contains(&opcode) {
+                self.begun = true;
+                if wanted.contains(&opcode) {
                     if opcode == op::ATTACHMENT && !attachment_fits(data) {
                         return Err(RecordingError::Damaged("an attachment is shorter than it says".into()));
                     }
@@ -193,7 +195,7 @@ impl<R: Read> ContainerReader<R> {
                 }
             }
             Err(McapError::UnexpectedEof) => self.ended = true,
-            Err(McapError::BadMagic) => return Err(RecordingError::NotMcap),
+            Err(McapError::BadMagic) if !self.begun => return Err(RecordingError::NotMcap),
             Err(error) => return Err(damaged(error)),
         }
         Ok(())

@@ -326,16 +326,15 @@ impl RecorderSender {
     /// Writing has failed, the recorder has finished, or the output took nothing for the recorder's patience.
     pub fn catch_up(&self) -> Result<Duration, RecordingError> {
         let since = Instant::now();
-        let mut waited = false;
-        self.shared.wait_until(|| {
-            let room = self.shared.queue.wait_for_room(if waited { LOOK } else { Duration::ZERO });
-            waited = true;
-            room
-        })?;
-        if self.shared.queue.is_closed() {
+        let queue = &self.shared.queue;
+        let room = queue.wait_for_room(Duration::ZERO);
+        if !room {
+            self.shared.wait_until(|| queue.wait_for_room(LOOK))?;
+        }
+        if queue.is_closed() {
             return Err(self.shared.failure());
         }
-        Ok(since.elapsed())
+        Ok(if room { Duration::ZERO } else { since.elapsed() })
     }
 
     fn put(

@@ -113,7 +113,8 @@ impl Summary {
         };
         let mut accounts = Accounts::default();
         let (mut windows, mut rates) = (Vec::new(), Vec::new());
-        for event in recording.events()? {
+        let mut events = recording.events()?;
+        for event in events.by_ref() {
             match event? {
                 Event::Metadata { name, map } if name == END => {
                     summary.lost = map.get("lost").and_then(|value| value.parse().ok());
@@ -131,6 +132,7 @@ impl Summary {
                 _ => {}
             }
         }
+        summary.complete = events.complete();
         summary.dt = sizes(windows);
         summary.contraction = (!rates.is_empty()).then(|| rates.iter().sum::<f64>() / rates.len() as f64);
         summary.iterations = accounts.iterations();
