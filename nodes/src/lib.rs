@@ -16,6 +16,7 @@ pub mod link;
 pub mod monitor;
 pub mod new_node;
 pub mod node;
+pub mod pace;
 pub mod plug_in;
 pub mod recovery;
 pub mod replay;

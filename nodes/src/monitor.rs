@@ -14,6 +14,8 @@ use serde::{Deserialize, Serialize};
 use stagger_messages::{Decision, Done, Ready, Verdict};
 use stagger_solver::coupling::{Ledger, Observer, Outcome};
 
+use crate::pace::Pace;
+
 /// How often the line of progress is written.
 const REFRESH: Duration = Duration::from_millis(200);
 
@@ -87,6 +89,8 @@ pub struct Monitor {
     interrupted: Arc<AtomicBool>,
     /// When the nodes were ready last.
     ready_at: Option<Instant>,
+    /// The recording the run waits for, where there is one.
+    pub pace: Option<Pace>,
 }
 
 impl Monitor {
@@ -102,6 +106,7 @@ impl Monitor {
             shown: None,
             interrupted,
             ready_at: None,
+            pace: None,
         }
     }
 
@@ -219,7 +224,8 @@ impl Observer for Monitor {
             }
         }
         self.show(decision);
-        !self.interrupted.load(Ordering::Relaxed)
+        let recorded = self.pace.as_mut().is_none_or(Pace::keep);
+        recorded && !self.interrupted.load(Ordering::Relaxed)
     }
 
     fn save(&self) -> Vec<u8> {

@@ -24,6 +24,7 @@ use crate::{
     launcher::{Common, Launcher},
     link::{Arrival, Declared, Link, LinkError, Role},
     monitor::Monitor,
+    pace::Pace,
     recovery::{self, Restart},
     replayed::{Replayed, ReplayedError, Replays},
     roster::{RosterError, Runs, participant, roster},
@@ -164,6 +165,7 @@ pub fn run(scene: &Scene, options: Options, interrupted: &Arc<AtomicBool>) -> Re
     let patience = if by_hand { PATIENCE_BY_HAND } else { Duration::from_secs_f64(scene.recovery.start_s) };
     let hang = Duration::from_secs_f64(scene.recovery.hang_s);
     let mut monitor = Monitor::new(scene.duration_s, Arc::clone(interrupted));
+    monitor.pace = records.file.as_ref().map(|(_, recorder)| Pace::of(recorder.sender()));
     let resume = options.resume.clone();
     let mut remote = Remote::new(link.clone(), &run, names, hang, resume, keeper.as_mut())?;
     let mut restarts = Vec::new();
@@ -178,7 +180,8 @@ pub fn run(scene: &Scene, options: Options, interrupted: &Arc<AtomicBool>) -> Re
     let (refused, missing) = (remote.refused(), remote.without_farewell());
     drop(remote);
     drop(keeper);
-    let recording = records.finish();
+    let waited = monitor.pace.as_ref().map_or(Duration::ZERO, |pace| pace.waited);
+    let recording = records.finish(waited);
     let closed = link.close();
     let end = ended?;
     closed?;
@@ -331,6 +334,8 @@ struct Records {
     viewer: Option<view::Stream>,
     subscription: Option<Declared>,
     run: String,
+    /// The fields to keep, where they are named.
+    fields: Vec<String>,
 }
 
 impl Records {
@@ -342,9 +347,18 @@ impl Records {
             },
             every: scene.record.every,
             checkpoints: scene.recovery.checkpoint_steps > 0,
+            fields: scene.record.fields.clone().map(BTreeSet::from_iter),
+            frame_period_s: (scene.record.frames > 0).then(|| scene.duration_s / scene.record.frames as f64),
+            queue_bytes: usize::try_from(scene.record.buffer_bytes).unwrap_or(usize::MAX),
             ..RecorderOptions::default()
         };
-        let mut records = Self { file: None, viewer: None, subscription: None, run: info.run.clone() };
+        let mut records = Self {
+            file: None,
+            viewer: None,
+            subscription: None,
+            run: info.run.clone(),
+            fields: scene.record.fields.clone().unwrap_or_default(),
+        };
         if let Some(path) = &options.record {
             let what = format!("cannot write the recording {}", path.display());
             if let Some(folder) = path.parent() {
@@ -359,11 +373,11 @@ impl Records {
         let file = records.file.as_ref().map(|(_, recorder)| recorder.sender());
         let viewer = records.viewer.as_ref().map(view::Stream::sender);
         if file.is_some() || viewer.is_some() {
-            let (closed, behind) = (AtomicBool::new(false), AtomicBool::new(false));
+            let behind = AtomicBool::new(false);
             records.subscription = Some(link.subscribe_first(&keys::all(&info.run), move |arrival| {
                 let topic = keys::topic(&arrival.key);
                 let Some(exchange) = Exchange::from_parts(topic, arrival.attachment, arrival.payload) else { return };
-                // The recording makes the run wait rather than lose a message; a viewer is left behind instead.
+                // The run waits for its recording, but leaves a viewer behind.
                 if let Some(viewer) = &viewer
                     && !behind.load(Ordering::Relaxed)
                     && (!viewer.has_room(&exchange) || viewer.push(exchange.clone()).is_err())
@@ -371,12 +385,9 @@ impl Records {
                     behind.store(true, Ordering::Relaxed);
                     diagnostics::warn("the viewer has ended or cannot keep up: the run goes on without it");
                 }
-                // The recorder tells its error when it finishes; one line here says that the run goes on without.
-                if let Some(file) = &file
-                    && file.push(exchange).is_err()
-                    && !closed.swap(true, Ordering::Relaxed)
-                {
-                    diagnostics::warn("the recording has stopped: its error follows at the end of the run");
+                // Transport threads must not wait: `Pace` does, and tells where the recording has ended.
+                if let Some(file) = &file {
+                    let _ = file.hand_over(exchange);
                 }
             })?);
         }
@@ -385,6 +396,12 @@ impl Records {
 
     fn manifests(&mut self, manifests: &BTreeMap<String, Manifest>) {
         use prost::Message as _;
+        let ports = manifests.values().filter_map(|manifest| manifest.ports.as_ref());
+        let written: BTreeSet<&str> = ports.flat_map(|ports| &ports.writes).map(|port| port.field.as_str()).collect();
+        for field in self.fields.iter().filter(|field| !written.contains(field.as_str())) {
+            let known = written.iter().copied().collect::<Vec<_>>().join(", ");
+            diagnostics::warn(&format!("record.fields: no node writes `{field}`; fields are {known}"));
+        }
         for (node, manifest) in manifests {
             let key = keys::manifest(&self.run, node);
             let message = manifest.encode_to_vec().into();
@@ -400,7 +417,7 @@ impl Records {
     }
 
     /// Waits until everything is written.
-    fn finish(mut self) -> Result<Option<Recorded>, RecordingError> {
+    fn finish(mut self, waited: Duration) -> Result<Option<Recorded>, RecordingError> {
         drop(self.subscription.take());
         match self.viewer.take().map(view::Stream::finish) {
             Some(Err(error)) => diagnostics::warn(&format!("the run was not shown to its end: {error}")),
@@ -416,6 +433,7 @@ impl Records {
             messages: recorded.messages,
             bytes: recorded.file_bytes,
             lost: recorded.lost,
+            waited_s: waited.as_secs_f64(),
         }))
     }
 }

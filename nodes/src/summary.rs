@@ -83,6 +83,8 @@ pub struct Recorded {
     pub bytes: u64,
     /// Messages that were sent but did not arrive.
     pub lost: u64,
+    /// Time the run waited for the disk, in s.
+    pub waited_s: f64,
 }
 
 impl From<&FieldSummary> for FinalField {
@@ -193,7 +195,7 @@ impl fmt::Display for Summary {
         if self.refused > 0 {
             writeln!(f, "  refused       {} messages", self.refused)?;
         }
-        if let Some(Recorded { path, messages, bytes, lost }) = &self.recording {
+        if let Some(Recorded { path, messages, bytes, lost, .. }) = &self.recording {
             writeln!(f, "  recording     {path}: {messages} messages, {:.1} MB", 1e-6 * *bytes as f64)?;
             if *lost > 0 {
                 writeln!(f, "                {lost} messages did not arrive")?;

@@ -4,7 +4,7 @@
 //! back. Uncompressed, because full-precision positions hardly shrink and the disk is not slower for it.
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, VecDeque},
     io::{Read, Seek, SeekFrom, Write},
     sync::Arc,
 };
@@ -16,12 +16,14 @@ use mcap::{
     write::NoSeek,
 };
 
-use crate::RecordingError;
+use crate::{RecordingError, display};
 
 /// Size from which a chunk is closed: small messages cost least in chunks of a few MiB.
 const CHUNK_BYTES: u64 = 4 << 20;
 /// No record of ours comes near this; a longer one is damage, and is not allocated for.
 const RECORD_LIMIT_BYTES: usize = i32::MAX as usize;
+/// Bytes of messages that wait for their chunk's checksum; ours are far smaller, those of other programs are let through.
+const UNPROVEN_BYTES: usize = 256 << 20;
 /// Bytes asked of the input at once, so that a damaged length cannot make the reader allocate more than there is.
 const READ_BYTES: usize = 1 << 20;
 /// The encoding of schemas and messages.
@@ -35,12 +37,7 @@ pub(crate) struct ContainerWriter<W: Write> {
 
 impl<W: Write> ContainerWriter<W> {
     pub(crate) fn new(output: W) -> Result<Self, RecordingError> {
-        let options = WriteOptions::new()
-            .compression(None)
-            .chunk_size(Some(CHUNK_BYTES))
-            .disable_seeking(true)
-            // Every chunk has a checksum of its own.
-            .calculate_data_section_crc(false);
+        let options = WriteOptions::new().compression(None).chunk_size(Some(CHUNK_BYTES)).disable_seeking(true);
         let writer = options.create(NoSeek::new(output)).map_err(write_error)?;
         Ok(Self { writer, channels: BTreeMap::new() })
     }
@@ -66,7 +63,7 @@ impl<W: Write> ContainerWriter<W> {
         self.writer.attach(&attachment).map_err(write_error)
     }
 
-    /// Writes one message; `schema` is the full name of its protobuf type in `descriptors`.
+    /// Writes one message; `schema` is the full name of its protobuf type.
     pub(crate) fn message(
         &mut self,
         topic: &str,
@@ -81,7 +78,8 @@ impl<W: Write> ContainerWriter<W> {
                 (*id, *sequence)
             }
             None => {
-                let descriptors = stagger_messages::DESCRIPTORS;
+                let own = schema.starts_with("stagger.v1.");
+                let descriptors = if own { stagger_messages::DESCRIPTORS } else { display::DESCRIPTORS };
                 let schema = self.writer.add_schema(schema, PROTOBUF, descriptors).map_err(write_error)?;
                 let id = self.writer.add_channel(schema, topic, PROTOBUF, &BTreeMap::new()).map_err(write_error)?;
                 self.channels.insert(topic.into(), (id, 0));
@@ -118,25 +116,39 @@ pub(crate) enum Event {
     Message { topic: Arc<str>, schema: Arc<str>, log_time_ns: u64, publish_time_ns: u64, data: Vec<u8> },
 }
 
-/// Reads a container from its start, whole or cut off; memory is bounded by its largest record.
+/// Reads a container from its start, whole or cut off; memory is bounded by its largest chunk. The messages of a chunk are
+/// given out once its checksum holds, so that none is damaged; those of a chunk that was cut off as far as they are there.
 pub(crate) struct ContainerReader<R> {
     input: R,
     reader: LinearReader,
+    unproven: Vec<Event>,
+    unproven_bytes: usize,
+    proven: VecDeque<Event>,
     schemas: BTreeMap<u16, Arc<str>>,
     channels: BTreeMap<u16, (Arc<str>, Arc<str>)>,
+    /// Whether a record was read.
+    begun: bool,
     ended: bool,
     complete: bool,
 }
 
 impl<R: Read> ContainerReader<R> {
     pub(crate) fn new(input: R) -> Self {
-        let options =
-            LinearReaderOptions::default().with_validate_chunk_crcs(true).with_record_length_limit(RECORD_LIMIT_BYTES);
+        // A chunk's checksum is known where it ends; those of the sections find damage outside of chunks, behind them.
+        let options = LinearReaderOptions::default()
+            .with_validate_chunk_crcs(true)
+            .with_validate_data_section_crc(true)
+            .with_validate_summary_section_crc(true)
+            .with_record_length_limit(RECORD_LIMIT_BYTES);
         Self {
             input,
             reader: LinearReader::new_with_options(options),
+            unproven: Vec::new(),
+            unproven_bytes: 0,
+            proven: VecDeque::new(),
             schemas: BTreeMap::new(),
             channels: BTreeMap::new(),
+            begun: false,
             ended: false,
             complete: false,
         }
@@ -147,10 +159,10 @@ impl<R: Read> ContainerReader<R> {
         self.complete
     }
 
-    fn advance(&mut self) -> Result<Option<Event>, RecordingError> {
+    fn advance(&mut self) -> Result<(), RecordingError> {
         let Some(event) = self.reader.next_event() else {
             (self.ended, self.complete) = (true, true);
-            return Ok(None);
+            return Ok(());
         };
         match event {
             Ok(LinearReadEvent::ReadRequest(need)) => {
@@ -167,21 +179,31 @@ impl<R: Read> ContainerReader<R> {
             Ok(LinearReadEvent::Record { opcode, data }) => {
                 // The summary repeats what the data section said; only the latter is read, and the index skipped.
                 let wanted = [op::SCHEMA, op::CHANNEL, op::MESSAGE, op::METADATA, op::ATTACHMENT];
-                if opcode == op::FOOTER {
-                    (self.ended, self.complete) = (true, true);
-                } else if wanted.contains(&opcode) {
+                self.begun = true;
+                if wanted.contains(&opcode) {
                     if opcode == op::ATTACHMENT && !attachment_fits(data) {
                         return Err(RecordingError::Damaged("an attachment is shorter than it says".into()));
                     }
                     let record = mcap::parse_record(opcode, data).map_err(damaged)?;
-                    return Ok(Self::event(&mut self.schemas, &mut self.channels, record));
+                    let event = Self::event(&mut self.schemas, &mut self.channels, record);
+                    self.unproven_bytes += data.len();
+                    self.unproven.extend(event);
+                }
+                // What does not stand in a chunk comes after the checksum of the chunk before.
+                if ![op::SCHEMA, op::CHANNEL, op::MESSAGE].contains(&opcode) || self.unproven_bytes > UNPROVEN_BYTES {
+                    self.prove();
                 }
             }
             Err(McapError::UnexpectedEof) => self.ended = true,
-            Err(McapError::BadMagic) => return Err(RecordingError::NotMcap),
+            Err(McapError::BadMagic) if !self.begun => return Err(RecordingError::NotMcap),
             Err(error) => return Err(damaged(error)),
         }
-        Ok(None)
+        Ok(())
+    }
+
+    fn prove(&mut self) {
+        self.unproven_bytes = 0;
+        self.proven.extend(self.unproven.drain(..));
     }
 
     fn event(
@@ -222,17 +244,22 @@ impl<R: Read> Iterator for ContainerReader<R> {
     type Item = Result<Event, RecordingError>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        while !self.ended {
-            match self.advance() {
-                Ok(None) => {}
-                Ok(Some(event)) => return Some(Ok(event)),
-                Err(error) => {
-                    self.ended = true;
-                    return Some(Err(error));
-                }
+        loop {
+            if let Some(event) = self.proven.pop_front() {
+                return Some(Ok(event));
+            }
+            if self.ended {
+                return None;
+            }
+            if let Err(error) = self.advance() {
+                self.ended = true;
+                self.unproven.clear();
+                return Some(Err(error));
+            }
+            if self.ended {
+                self.prove();
             }
         }
-        None
     }
 }
 

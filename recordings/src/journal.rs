@@ -1,5 +1,5 @@
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     io::{BufWriter, Write},
 };
 
@@ -9,8 +9,9 @@ use stagger_messages::{
 };
 
 use crate::{
-    ControlKind, Exchange, Level, Recorded, RecorderOptions, RecordingError, RunInfo,
+    Body, ControlKind, Exchange, Level, Recorded, RecorderOptions, RecordingError, RunInfo,
     container::ContainerWriter,
+    display::Display,
     membership::Membership,
     recording::{END, FILE, RUN, SCENE},
     thinning::{Piece, Thinning},
@@ -24,6 +25,9 @@ pub(crate) struct Journal<W: Write> {
     container: ContainerWriter<BufWriter<W>>,
     membership: Membership,
     thinning: Option<Thinning>,
+    /// The fields to keep, where not all are.
+    fields: Option<BTreeSet<String>>,
+    display: Option<Display>,
     senders: BTreeMap<(String, u32), Numbering>,
     /// What is in the file of each version, and the epoch it came in.
     seen: BTreeMap<Version, BTreeMap<String, u32>>,
@@ -41,7 +45,7 @@ struct Numbering {
 }
 
 impl<W: Write> Journal<W> {
-    pub(crate) fn create(output: W, info: &RunInfo, options: RecorderOptions) -> Result<Self, RecordingError> {
+    pub(crate) fn create(output: W, info: &RunInfo, options: &RecorderOptions) -> Result<Self, RecordingError> {
         let mut container = ContainerWriter::new(BufWriter::with_capacity(BUFFER_BYTES, output))?;
         container.metadata(RUN, info.to_metadata())?;
         container.attachment(SCENE, "application/toml", info.scene_text.as_bytes(), info.started_unix_ns)?;
@@ -55,6 +59,8 @@ impl<W: Write> Journal<W> {
             container,
             membership: Membership::new(&info.run),
             thinning: thin.then(|| Thinning::new(options.every)),
+            fields: options.fields.clone(),
+            display: options.frame_period_s.map(|period_s| Display::new(info, period_s)),
             senders: BTreeMap::new(),
             seen: BTreeMap::new(),
             checkpoints: options.checkpoints,
@@ -78,14 +84,22 @@ impl<W: Write> Journal<W> {
         publish_ns: u64,
     ) -> Result<(), RecordingError> {
         let Some(header) = self.decoded(codec::decode::<FieldMessage>("field", attachment)) else { return Ok(()) };
-        let whole = codec::decode_field(attachment, payload.clone()).is_ok();
-        let own = header.envelope.clone().filter(|envelope| whole && self.membership.admits(&topic, envelope));
+        let received = codec::decode_field(attachment, payload.clone()).ok();
+        let own =
+            header.envelope.clone().filter(|envelope| received.is_some() && self.membership.admits(&topic, envelope));
         let Some((envelope, version)) = own.and_then(|envelope| Some((envelope.clone(), envelope.version?))) else {
             self.recorded.refused += 1;
             return Ok(());
         };
         self.count(&envelope);
         if !self.first(&envelope, version, &topic) {
+            return Ok(());
+        }
+        if let Some(received) = received {
+            self.show(&topic, Body::Field(received), publish_ns)?;
+        }
+        let name = header.port.as_ref().map_or("", |port| port.field.as_str());
+        if self.fields.as_ref().is_some_and(|kept| !kept.contains(name)) {
             return Ok(());
         }
         let Some(thinning) = &mut self.thinning else {
@@ -108,14 +122,14 @@ impl<W: Write> Journal<W> {
         kind: ControlKind,
         publish_ns: u64,
     ) -> Result<(), RecordingError> {
-        let (schema, envelope) = match kind {
+        let (schema, t_s, body) = match kind {
             ControlKind::Manifest => {
                 let decoded = self.decoded(codec::decode::<Manifest>("manifest", message));
                 let Some(manifest) = decoded else { return Ok(()) };
                 if !self.admitted(self.membership.admits_manifest(&topic, &manifest)) {
                     return Ok(());
                 }
-                ("Manifest", None)
+                ("Manifest", 0.0, None)
             }
             ControlKind::Checkpoint => {
                 let Some(checkpoint) = self.decoded(codec::decode::<Checkpoint>("checkpoint", message)) else {
@@ -126,13 +140,13 @@ impl<W: Write> Journal<W> {
                     return Ok(());
                 }
                 self.seen = self.seen.split_off(&checkpoint.version());
-                ("Checkpoint", checkpoint.envelope)
+                ("Checkpoint", checkpoint.envelope.map_or(0.0, |envelope| envelope.t_s), None)
             }
             ControlKind::Report => {
                 let Some(report) = self.decoded(codec::decode::<Report>("report", message)) else { return Ok(()) };
                 // A failure is news even where a reply to the same trial came before.
                 let repeatable = !matches!(report.body, Some(report::Body::Failure(_)));
-                let envelope = report.envelope.unwrap_or_default();
+                let envelope = report.envelope.clone().unwrap_or_default();
                 if !self.admitted(self.membership.admits(&topic, &envelope)) {
                     return Ok(());
                 }
@@ -143,7 +157,7 @@ impl<W: Write> Journal<W> {
                 if repeatable && !self.first(&envelope, version, &subject) {
                     return Ok(());
                 }
-                ("Report", Some(envelope))
+                ("Report", envelope.t_s, Some(Body::Report(report)))
             }
             ControlKind::Directive => {
                 let decoded = self.decoded(codec::decode::<Directive>("directive", message));
@@ -162,10 +176,24 @@ impl<W: Write> Journal<W> {
                 for piece in released.unwrap_or_default() {
                     self.piece(&piece)?;
                 }
-                ("Directive", directive.envelope)
+                let asked_s = directive.envelope.as_ref().map_or(0.0, |envelope| envelope.t_s);
+                // The end asks for no window; its time is the one reached.
+                let reached_s = directive.decision.as_ref().map_or(0.0, |decision| decision.t_s);
+                ("Directive", asked_s.max(reached_s), Some(Body::Directive(directive)))
             }
         };
-        self.write(&topic, schema, envelope.map_or(0.0, |envelope| envelope.t_s), publish_ns, message)
+        self.write(&topic, schema, t_s, publish_ns, message)?;
+        body.map_or(Ok(()), |body| self.show(&topic, body, publish_ns))
+    }
+
+    /// Writes what other programs are shown because of a message.
+    fn show(&mut self, topic: &str, body: Body, publish_ns: u64) -> Result<(), RecordingError> {
+        let Some(display) = &mut self.display else { return Ok(()) };
+        for shown in display.take(topic, body) {
+            self.recorded.display_bytes += shown.data.len() as u64;
+            self.container.message(&shown.topic, shown.schema, self.log_ns, publish_ns, &shown.data)?;
+        }
+        Ok(())
     }
 
     fn piece(&mut self, piece: &Piece) -> Result<(), RecordingError> {

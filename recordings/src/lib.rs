@@ -6,6 +6,7 @@
 mod accounts;
 pub mod colour;
 mod container;
+mod display;
 mod error;
 mod history;
 mod journal;

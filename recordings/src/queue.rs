@@ -4,7 +4,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// A queue bounded in bytes: who pushes waits while it is full, and nothing is dropped.
+/// A queue with a limit in bytes: who pushes waits while it is full, who may not wait appends, and nothing is dropped.
 pub(crate) struct Queue<T> {
     state: Mutex<State<T>>,
     room: Condvar,
@@ -42,7 +42,16 @@ impl<T> Queue<T> {
         let full = |state: &mut State<T>| {
             !state.closed && !state.items.is_empty() && state.bytes.saturating_add(bytes) > self.limit_bytes
         };
-        let mut state = self.room.wait_while(self.lock(), full).unwrap_or_else(PoisonError::into_inner);
+        let state = self.room.wait_while(self.lock(), full).unwrap_or_else(PoisonError::into_inner);
+        self.insert(state, item, bytes)
+    }
+
+    /// Appends without waiting, also beyond the limit; returns false where the queue is closed.
+    pub(crate) fn append(&self, item: T, bytes: usize) -> bool {
+        self.insert(self.lock(), item, bytes)
+    }
+
+    fn insert(&self, mut state: MutexGuard<'_, State<T>>, item: T, bytes: usize) -> bool {
         if state.closed {
             return false;
         }
@@ -50,6 +59,24 @@ impl<T> Queue<T> {
         state.bytes += bytes;
         self.filled.notify_one();
         true
+    }
+
+    /// Waits, at most so long, until the queue is within its limit or closed; returns whether it is.
+    pub(crate) fn wait_for_room(&self, at_most: Duration) -> bool {
+        let over = |state: &mut State<T>| !state.closed && state.bytes > self.limit_bytes;
+        let waited = self.room.wait_timeout_while(self.lock(), at_most, over);
+        let (state, _) = waited.unwrap_or_else(PoisonError::into_inner);
+        state.closed || state.bytes <= self.limit_bytes
+    }
+
+    /// Bytes inside.
+    pub(crate) fn bytes(&self) -> usize {
+        self.lock().bytes
+    }
+
+    /// Whether nothing more goes in.
+    pub(crate) fn is_closed(&self) -> bool {
+        self.lock().closed
     }
 
     /// Whether an item of this size would go in without waiting.

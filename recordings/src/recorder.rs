@@ -1,4 +1,5 @@
 use std::{
+    collections::BTreeSet,
     io::Write,
     sync::{
         Arc, OnceLock,
@@ -18,6 +19,8 @@ use crate::{
 
 /// How long a message may wait for the operating system: a run that is killed loses no more than this.
 const FLUSH_AFTER: Duration = Duration::from_millis(500);
+/// How often a recording that is being closed is looked at.
+const LOOK: Duration = Duration::from_millis(5);
 
 /// Which iterations' fields are kept. Control messages always are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -30,7 +33,7 @@ pub enum Level {
 }
 
 /// What is recorded, and how much may wait to be written.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct RecorderOptions {
     /// Which iterations' fields are kept.
     pub level: Level,
@@ -39,13 +42,27 @@ pub struct RecorderOptions {
     pub every: u64,
     /// Whether checkpoints will come: what was solved since the last one may be solved, and sent, once more.
     pub checkpoints: bool,
-    /// Bytes that may wait to be written before a sender is made to wait.
+    /// Names of the fields to keep; `None` keeps all.
+    pub fields: Option<BTreeSet<String>>,
+    /// Simulated time from one picture for other programs' viewers to the next, in s; `None` takes none.
+    pub frame_period_s: Option<f64>,
+    /// Bytes that may wait to be written before whoever makes them is made to wait.
     pub queue_bytes: usize,
+    /// How long the output may take nothing before it is given up.
+    pub patience: Duration,
 }
 
 impl Default for RecorderOptions {
     fn default() -> Self {
-        Self { level: Level::All, every: 1, checkpoints: false, queue_bytes: 256 << 20 }
+        Self {
+            level: Level::All,
+            every: 1,
+            checkpoints: false,
+            fields: None,
+            frame_period_s: None,
+            queue_bytes: 256 << 20,
+            patience: Duration::from_secs(30),
+        }
     }
 }
 
@@ -118,6 +135,8 @@ pub struct Recorded {
     pub messages: u64,
     /// Bytes of field values in the file.
     pub field_bytes: u64,
+    /// Bytes of what is there for other programs' viewers only.
+    pub display_bytes: u64,
     /// Size of the file.
     pub file_bytes: u64,
     /// Messages that were sent but never reached the recorder, from gaps in the senders' numbering.
@@ -128,8 +147,11 @@ pub struct Recorded {
 
 /// Writes a run to MCAP on a thread of its own.
 ///
-/// Senders hand over messages and go on; when the disk cannot keep up they wait, and nothing is dropped. A recorder that
-/// is dropped without [`Recorder::finish`] still closes its file.
+/// Nothing is dropped. Who must not wait hands messages over ([`RecorderSender::hand_over`]), and whoever causes them waits
+/// between two rounds until the disk has caught up ([`RecorderSender::catch_up`]): what waits is bounded by
+/// [`RecorderOptions::queue_bytes`] and the messages of one round. An output that takes nothing for
+/// [`RecorderOptions::patience`] is given up with an error. A recorder that is dropped without [`Recorder::finish`] still
+/// closes its file.
 pub struct Recorder {
     shared: Arc<Shared>,
     thread: Option<JoinHandle<Result<Recorded, RecordingError>>>,
@@ -144,6 +166,51 @@ pub struct RecorderSender {
 struct Shared {
     queue: Queue<(Exchange, u64)>,
     failure: OnceLock<String>,
+    /// Bytes the output has taken.
+    written: Arc<AtomicU64>,
+    patience: Duration,
+}
+
+impl Shared {
+    fn failure(&self) -> RecordingError {
+        match self.failure.get() {
+            Some(cause) => RecordingError::Write(cause.clone()),
+            None => RecordingError::Closed,
+        }
+    }
+
+    /// Waits until `done`, as long as the output takes something within the patience.
+    fn wait_until(&self, mut done: impl FnMut() -> bool) -> Result<(), RecordingError> {
+        let (mut taken, mut since) = (self.progress(), Instant::now());
+        while !done() {
+            let now = self.progress();
+            if now != taken {
+                (taken, since) = (now, Instant::now());
+            } else if since.elapsed() >= self.patience {
+                let stalled = format!("the disk has taken nothing for {:.0} s", self.patience.as_secs_f64());
+                // Set once; who came first had the same reason or a better one.
+                let _ = self.failure.set(stalled);
+                self.queue.close();
+                return Err(self.failure());
+            }
+        }
+        Ok(())
+    }
+
+    /// Waits until the thread has ended. One that never comes back from the disk is left to the end of the process.
+    fn wait_for<T>(&self, thread: &JoinHandle<T>) -> Result<(), RecordingError> {
+        self.wait_until(|| {
+            let finished = thread.is_finished();
+            if !finished {
+                std::thread::sleep(LOOK);
+            }
+            finished
+        })
+    }
+
+    fn progress(&self) -> (u64, usize) {
+        (self.written.load(Ordering::Relaxed), self.queue.bytes())
+    }
 }
 
 /// Closes the queue when the thread ends, however it ends: nobody may wait for a writer that is gone.
@@ -167,8 +234,13 @@ impl Recorder {
     ) -> Result<Self, RecordingError> {
         let bytes = Arc::new(AtomicU64::new(0));
         let output = Counted { output, bytes: Arc::clone(&bytes) };
-        let mut journal = Journal::create(output, info, options)?;
-        let shared = Arc::new(Shared { queue: Queue::new(options.queue_bytes), failure: OnceLock::new() });
+        let mut journal = Journal::create(output, info, &options)?;
+        let shared = Arc::new(Shared {
+            queue: Queue::new(options.queue_bytes),
+            failure: OnceLock::new(),
+            written: Arc::clone(&bytes),
+            patience: options.patience,
+        });
         let work = {
             let shared = Arc::clone(&shared);
             move || {
@@ -202,15 +274,21 @@ impl Recorder {
     pub fn finish(mut self) -> Result<Recorded, RecordingError> {
         self.shared.queue.close();
         let thread = self.thread.take().ok_or(RecordingError::Closed)?;
-        thread.join().unwrap_or_else(|_| Err(RecordingError::Write("the recorder's thread broke down".into())))
+        self.shared.wait_for(&thread)?;
+        let broken = |_| Err(RecordingError::Write("the recorder's thread broke down".into()));
+        let recorded = thread.join().unwrap_or_else(broken)?;
+        // What was given up lacks messages, even where the disk came back later.
+        if self.shared.failure.get().is_some() { Err(self.shared.failure()) } else { Ok(recorded) }
     }
 }
 
 impl Drop for Recorder {
     fn drop(&mut self) {
         self.shared.queue.close();
-        if let Some(thread) = self.thread.take() {
-            // Whoever wants to know the outcome calls `finish`.
+        // Whoever wants to know the outcome calls `finish`.
+        if let Some(thread) = self.thread.take()
+            && self.shared.wait_for(&thread).is_ok()
+        {
             let _ = thread.join();
         }
     }
@@ -228,16 +306,45 @@ impl RecorderSender {
     /// # Errors
     /// Writing has failed, or the recorder has finished: the message will not be in the file.
     pub fn push(&self, exchange: Exchange) -> Result<(), RecordingError> {
+        let bytes = exchange.bytes();
+        self.put(|queue, item| queue.push(item, bytes), exchange)
+    }
+
+    /// Hands over a message without waiting, whatever waits already: whoever caused it calls [`Self::catch_up`] before
+    /// it causes more.
+    ///
+    /// # Errors
+    /// As [`Self::push`].
+    pub fn hand_over(&self, exchange: Exchange) -> Result<(), RecordingError> {
+        let bytes = exchange.bytes();
+        self.put(|queue, item| queue.append(item, bytes), exchange)
+    }
+
+    /// Waits until no more than [`RecorderOptions::queue_bytes`] wait to be written; returns how long that took.
+    ///
+    /// # Errors
+    /// Writing has failed, the recorder has finished, or the output took nothing for the recorder's patience.
+    pub fn catch_up(&self) -> Result<Duration, RecordingError> {
+        let since = Instant::now();
+        let queue = &self.shared.queue;
+        let room = queue.wait_for_room(Duration::ZERO);
+        if !room {
+            self.shared.wait_until(|| queue.wait_for_room(LOOK))?;
+        }
+        if queue.is_closed() {
+            return Err(self.shared.failure());
+        }
+        Ok(if room { Duration::ZERO } else { since.elapsed() })
+    }
+
+    fn put(
+        &self,
+        put: impl FnOnce(&Queue<(Exchange, u64)>, (Exchange, u64)) -> bool,
+        exchange: Exchange,
+    ) -> Result<(), RecordingError> {
         let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         let now_ns = u64::try_from(since.as_nanos()).unwrap_or(u64::MAX);
-        let bytes = exchange.bytes();
-        if self.shared.queue.push((exchange, now_ns), bytes) {
-            return Ok(());
-        }
-        Err(match self.shared.failure.get() {
-            Some(cause) => RecordingError::Write(cause.clone()),
-            None => RecordingError::Closed,
-        })
+        if put(&self.shared.queue, (exchange, now_ns)) { Ok(()) } else { Err(self.shared.failure()) }
     }
 }
 

@@ -28,6 +28,17 @@ pub struct RunInfo {
     pub machine: BTreeMap<String, String>,
 }
 
+/// Key of the checksum of the others.
+const CHECKSUM: &str = "checksum";
+
+/// Of all keys and values but the checksum itself.
+fn checksum(map: &BTreeMap<String, String>) -> String {
+    let others = map.iter().filter(|(key, _)| *key != CHECKSUM);
+    let bytes: Vec<u8> =
+        others.flat_map(|(key, value)| [key.as_bytes(), b"\n", value.as_bytes(), b"\n"].concat()).collect();
+    format!("{:016x}", stagger_messages::codec::hash(&bytes))
+}
+
 impl RunInfo {
     /// Everything but the scene's text and the contents of its files, as MCAP metadata.
     pub(crate) fn to_metadata(&self) -> BTreeMap<String, String> {
@@ -47,6 +58,7 @@ impl RunInfo {
             map.insert(format!("file.{number:04}"), path.clone());
         }
         map.extend(self.machine.iter().map(|(key, value)| (format!("machine.{key}"), value.clone())));
+        map.insert(CHECKSUM.into(), checksum(&map));
         map
     }
 
@@ -62,6 +74,10 @@ impl RunInfo {
         files: BTreeMap<String, Arc<[u8]>>,
     ) -> Result<Self, RecordingError> {
         let text = |key: &str| map.get(key).cloned().unwrap_or_default();
+        // Metadata is read before any checksum of the container is known. Recordings of older programs have none.
+        if map.get(CHECKSUM).is_some_and(|value| *value != checksum(map)) {
+            return Err(RecordingError::BadRun { key: CHECKSUM.into(), value: text(CHECKSUM) });
+        }
         let number = |key: &str, radix| {
             let value = text(key);
             u64::from_str_radix(&value, radix).map_err(|_| RecordingError::BadRun { key: key.into(), value })
@@ -111,7 +127,12 @@ mod tests {
     fn damaged_numbers_are_named() {
         let mut map = RunInfo::default().to_metadata();
         map.insert("seed".into(), "seven".into());
-        let error = RunInfo::from_metadata(&map, String::new(), BTreeMap::new()).unwrap_err();
-        assert!(error.to_string().contains("`seed` is `seven`"), "{error}");
+        let refusal = |map: &BTreeMap<String, String>| {
+            RunInfo::from_metadata(map, String::new(), BTreeMap::new()).unwrap_err().to_string()
+        };
+        assert!(refusal(&map).contains("`checksum` is"), "{}", refusal(&map));
+        // As an older program wrote it.
+        map.remove(CHECKSUM);
+        assert!(refusal(&map).contains("`seed` is `seven`"), "{}", refusal(&map));
     }
 }

@@ -6,6 +6,7 @@ use stagger_solver::coupling::Account;
 use crate::{
     Accounts, Body, Outcome, Recording, RecordingError,
     container::Event,
+    display,
     recording::{self, END, FIELD},
     window_history::WindowHistory,
 };
@@ -145,13 +146,16 @@ impl Summary {
             ..Self::default()
         };
         let mut tally = Tally::default();
-        for event in recording.events()? {
+        let mut events = recording.events()?;
+        for event in events.by_ref() {
             match event {
                 Err(error) => (summary.complete, summary.damage) = (false, Some(error.to_string())),
                 Ok(Event::Metadata { name, map }) if name == END => {
                     summary.lost = map.get("lost").and_then(|value| value.parse().ok());
                 }
                 Ok(Event::Message { topic, schema, data, .. }) => {
+                    // One line for all that is only shown to other programs.
+                    let topic = if topic.starts_with(display::TOPICS) { "display" } else { &topic };
                     let entry = summary.topics.entry(topic.to_string()).or_default();
                     entry.messages += 1;
                     entry.bytes += data.len() as u64;
@@ -162,6 +166,7 @@ impl Summary {
                 Ok(_) => {}
             }
         }
+        summary.complete = summary.damage.is_none() && events.complete();
         summary.dt = tally.windows.sizes();
         summary.dt_history_s = tally.windows.parts(HISTORY);
         let (rates, count) = tally.rates;

@@ -303,6 +303,88 @@ fn a_slow_disk_makes_the_sender_wait_and_drops_nothing() {
 }
 
 #[test]
+fn who_must_not_wait_hands_over_and_whoever_causes_it_waits_until_the_disk_has_caught_up() {
+    let gate = Arc::new(Mutex::new(()));
+    let options = RecorderOptions { queue_bytes: 50_000, ..RecorderOptions::default() };
+    let recorder = Recorder::create(Slow(Arc::clone(&gate)), &info(), options).unwrap();
+    let sender = recorder.sender();
+    let sent = exchanges(Script { particles: 2000, steps: 60, dt_s: 1e-4 });
+    let count = sent.len() as u64;
+    let closed = gate.lock().unwrap();
+    // 25 MB, where the chunk under way takes 4 MiB and the queue 50 kB: none of it waits.
+    sent.into_iter().for_each(|exchange| sender.hand_over(exchange).unwrap());
+    let waiter = thread::spawn(move || sender.catch_up());
+    thread::sleep(Duration::from_millis(300));
+    assert!(!waiter.is_finished());
+    drop(closed);
+    assert!(waiter.join().unwrap().unwrap() >= Duration::from_millis(200));
+    assert_eq!(recorder.finish().unwrap().messages, count);
+}
+
+#[test]
+fn a_disk_that_takes_nothing_is_given_up_and_nobody_waits_for_it() {
+    let gate = Arc::new(Mutex::new(()));
+    let patience = Duration::from_millis(300);
+    let options = RecorderOptions { queue_bytes: 50_000, patience, ..RecorderOptions::default() };
+    let recorder = Recorder::create(Slow(Arc::clone(&gate)), &info(), options).unwrap();
+    let sender = recorder.sender();
+    let closed = gate.lock().unwrap();
+    for exchange in exchanges(Script { particles: 2000, steps: 60, dt_s: 1e-4 }) {
+        sender.hand_over(exchange).unwrap();
+    }
+    let begun = Instant::now();
+    let stalled = sender.catch_up().unwrap_err();
+    assert!(stalled.to_string().contains("the disk has taken nothing for"), "{stalled}");
+    assert!(sender.hand_over(exchanges(SMALL)[0].clone()).is_err(), "nothing more is taken");
+    let error = recorder.finish().unwrap_err();
+    assert!(error.to_string().contains("the disk has taken nothing for"), "{error}");
+    // Twice the patience, and time for a busy machine; the disk would never have come back.
+    assert!(begun.elapsed() < Duration::from_secs(10), "{:?}", begun.elapsed());
+    drop(closed);
+}
+
+#[test]
+fn fields_that_are_not_kept_are_left_out_and_all_else_stays() {
+    let sent = exchanges(SMALL);
+    let kept = Some(["positions".to_owned()].into());
+    for level in [Level::All, Level::Accepted] {
+        let options = RecorderOptions { level, ..RecorderOptions::default() };
+        let whole = read(&record(&sent, options.clone()).0);
+        let (bytes, recorded) = record(&sent, RecorderOptions { fields: Option::clone(&kept), ..options });
+        let of = |message: &Message| !matches!(message.body, Body::Field(_)) || message.topic.ends_with("/positions");
+        let expected: Vec<String> = whole.iter().filter(|message| of(message)).map(print).collect();
+        assert_eq!(read(&bytes).iter().map(print).collect::<Vec<_>>(), expected);
+        assert_eq!(recorded.lost, 0, "what is left out on purpose is not lost");
+    }
+}
+
+#[test]
+fn a_damaged_chunk_gives_no_message_and_the_ones_before_it_give_all() {
+    let (bytes, _) = record(&exchanges(Script { particles: 2000, steps: 60, dt_s: 1e-4 }), RecorderOptions::default());
+    let whole: Vec<_> = read(&bytes).iter().map(Message::parts).collect();
+    // Some 25 MB in chunks of 4 MiB.
+    for share in [0.1, 0.5, 0.9] {
+        let at = (share * bytes.len() as f64) as usize;
+        let mut damaged = bytes.clone();
+        damaged[at] ^= 0x04;
+        let (mut sound, mut errors) = (Vec::new(), 0);
+        for message in messages_from(damaged.as_slice()).unwrap() {
+            match message {
+                Ok(message) => sound.push(message.parts()),
+                Err(error) => {
+                    assert!(matches!(error, RecordingError::Damaged(_)), "{error}");
+                    errors += 1;
+                }
+            }
+        }
+        assert_eq!(errors, 1, "told once");
+        assert_eq!(sound[..], whole[..sound.len()], "and nothing damaged was given out");
+        // All but the chunk that was hit, and what follows it.
+        assert!(sound.len() as f64 > (share - 0.25) * whole.len() as f64, "{} of {}", sound.len(), whole.len());
+    }
+}
+
+#[test]
 fn a_summary_tells_what_happened() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.mcap");

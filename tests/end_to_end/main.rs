@@ -8,12 +8,16 @@ mod bad_runs;
 mod by_hand;
 mod commands;
 mod current;
+mod damage;
+mod disk;
 mod exports;
 mod faults;
 mod files;
 mod live;
 mod pouring;
 mod program;
+#[path = "../../recordings/tests/raw/mod.rs"]
+mod raw;
 mod recovery;
 mod replayed;
 mod report;

@@ -111,12 +111,18 @@ pub struct NodeSettings {
 }
 
 /// What is recorded.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RecordSettings {
     /// Which states.
     pub level: Level,
     /// Steps from one recorded step to the next; at least 1.
     pub every: u64,
+    /// The fields to keep; `None` keeps all.
+    pub fields: Option<Vec<String>>,
+    /// Pictures for other programs' viewers over the duration; 0 takes none.
+    pub frames: u64,
+    /// Bytes that may wait to be written before the coordinator waits.
+    pub buffer_bytes: u64,
 }
 
 /// What happens when a node dies.

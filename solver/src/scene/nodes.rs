@@ -58,13 +58,33 @@ static LEVEL: Key = Key::new(
 static EVERY: Key =
     Key::new("every", Kind::Whole(1, 1_000_000_000), "Steps from one recorded step to the next; 1 is every step.")
         .or("1");
+static FIELDS: Key = Key::new(
+    "fields",
+    Kind::Texts,
+    "The fields to keep, by name: `[\"positions\", \"temperature\"]`. Messages of the others are left out of the recording, \
+     and with them what `verify` needs; checkpoints stay whole.",
+)
+.or_from("all of them");
+static FRAMES: Key = Key::new(
+    "frames",
+    Kind::Whole(0, 100_000),
+    "Pictures of the particles, with scalars, for Foxglove and Rerun, evenly over the duration beside the exchanges \
+     (docs/recordings.md); 0 leaves them out, and the log lines too.",
+)
+.or("100");
+static BUFFER: Key = Key::new(
+    "buffer",
+    Kind::Whole(1, 65_536),
+    "MiB that may wait to be written. Beyond, the coordinator waits for the disk before it asks for the next iteration.",
+)
+.or("256");
 
 pub(super) static RECORD: Section = Section {
     path: "record",
     doc: "The recording of the run.",
     example: "[record]",
     shorthand: None,
-    keys: &[&LEVEL, &EVERY],
+    keys: &[&LEVEL, &EVERY, &FIELDS, &FRAMES, &BUFFER],
 };
 
 /// Reads all nodes; `runs` says whether the table of a built-in physics is there.
@@ -110,5 +130,11 @@ pub(super) fn record(table: &Table<'_>) -> RecordSettings {
         "accepted" => super::Level::Accepted,
         _ => super::Level::All,
     };
-    RecordSettings { level, every: table.whole(&EVERY) }
+    RecordSettings {
+        level,
+        every: table.whole(&EVERY),
+        fields: table.texts(&FIELDS),
+        frames: table.whole(&FRAMES),
+        buffer_bytes: table.whole(&BUFFER) << 20,
+    }
 }

@@ -174,6 +174,9 @@ dt = { start = "1 us", limit = "20 us", minimum = "1 ns", growth = 2 }
 [record]
 level = "accepted"
 every = 4
+fields = ["positions", "temperature"]
+frames = 50
+buffer = 64
 
 [recovery]
 checkpoint = 20
@@ -317,7 +320,9 @@ fn every_value_of_a_scene_reaches_its_setting() {
     assert_eq!((coupling.default_tolerance, coupling.iterations, coupling.interpolate), (1e-7, 9, false));
     assert_eq!((coupling.dt.start_s, coupling.dt.limit_s), (1e-6, 2e-5));
     assert_eq!((coupling.dt.minimum_s, coupling.dt.growth), (1e-9, 2.0));
-    assert_eq!((scene.record.level, scene.record.every), (Level::Accepted, 4));
+    let fields = Some(vec!["positions".to_owned(), "temperature".to_owned()]);
+    let record = RecordSettings { level: Level::Accepted, every: 4, fields, frames: 50, buffer_bytes: 64 << 20 };
+    assert_eq!(scene.record, record);
     let expected = Acceleration::IqnIls { relaxation: 0.4, reused_steps: 3, columns: 30, filter: 1e-3 };
     assert_eq!(coupling.acceleration, expected);
     let aitken = Some(Acceleration::Aitken { relaxation: 0.5 });

@@ -1,0 +1,49 @@
+//! Keeps a run from making more than the disk takes.
+
+use std::time::Duration;
+
+use stagger_recordings::RecorderSender;
+
+use crate::diagnostics;
+
+/// Waiting for the disk is told once it adds up to this.
+const TELL: Duration = Duration::from_secs(1);
+
+/// Waits between iterations until the recording has caught up. Messages are handed over without waiting, from threads that
+/// must not; what they caused is bounded, as nothing more is asked of the nodes meanwhile.
+pub struct Pace {
+    recording: RecorderSender,
+    /// How long the run has waited.
+    pub waited: Duration,
+    told: bool,
+    lost: bool,
+}
+
+impl Pace {
+    /// For a recording under way.
+    #[must_use]
+    pub fn of(recording: RecorderSender) -> Self {
+        Self { recording, waited: Duration::ZERO, told: false, lost: false }
+    }
+
+    /// Waits; returns false where the recording has ended, and the run is to end with it.
+    pub fn keep(&mut self) -> bool {
+        if self.lost {
+            return false;
+        }
+        match self.recording.catch_up() {
+            Ok(waited) => self.waited += waited,
+            Err(error) => {
+                self.lost = true;
+                diagnostics::error(&format!("{error}: the run ends with this step"));
+            }
+        }
+        if self.waited >= TELL && !self.told {
+            self.told = true;
+            diagnostics::warn(
+                "the disk is slower than the run, which waits for it; `record` in the scene (level, every, fields) makes less",
+            );
+        }
+        !self.lost
+    }
+}
