@@ -239,7 +239,7 @@ fn each_material_has_its_own_restitution_at_a_wall() {
 fn contact_forces_are_written_where_asked_for_and_are_those_of_the_law() {
     // 1 µm between two spheres of 1 mm, and 2 µm into the floor.
     let spheres = [([0.0, 0.0, 0.998e-3], [0.0; 3], 1e-3), ([1.999e-3, 0.0, 1e-3], [0.0; 3], 1e-3)];
-    let mut settings = bed::settings(ContactLaw::Hertz { young_pa: 1e7, poisson: 0.3 }, 2500.0, &spheres);
+    let mut settings = settings(ContactLaw::Hertz { young_pa: 1e7, poisson: 0.3 }, 2500.0, &spheres);
     settings.walls = vec![floor()];
     let quiet = Particles::new(settings.clone()).unwrap().initial().unwrap().1;
     assert!(!quiet.fields.contains_key("contact_normal_force"));
