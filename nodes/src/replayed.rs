@@ -30,7 +30,7 @@ pub enum ReplayedError {
         /// The file.
         file: PathBuf,
         /// What is wrong with it.
-        source: RecordingError,
+        source: Box<RecordingError>,
     },
     /// The recording has no node of that name.
     #[error("--replayed {node}={}: the recording has no node `{node}`: it has {}", .file.display(), .nodes.join(", "))]
@@ -48,6 +48,12 @@ pub enum ReplayedError {
         .0.display(), .1.display()
     )]
     Courses(PathBuf, PathBuf),
+}
+
+impl ReplayedError {
+    fn recording(node: &str, file: &Path, source: RecordingError) -> Self {
+        Self::Recording { node: node.into(), file: file.into(), source: Box::new(source) }
+    }
 }
 
 /// The recorded nodes of a run.
@@ -77,7 +83,7 @@ impl Replays {
                     "{file} is of another scene or other --set values: its nodes answer as then"
                 ));
             }
-            let failed = |source| ReplayedError::Recording { node: node.clone(), file: file.clone(), source };
+            let failed = |source| ReplayedError::recording(node, file, source);
             let course = course(&replayed.recording).map_err(failed)?;
             if let Some((other, _)) = courses.first().filter(|(_, known)| *known != course) {
                 return Err(ReplayedError::Courses(other.clone(), file.clone()));
@@ -117,7 +123,7 @@ impl Replayed {
     /// # Errors
     /// The recording cannot be read, or has no such node.
     pub fn open(file: &Path, node: &str) -> Result<Self, ReplayedError> {
-        let failed = |source| ReplayedError::Recording { node: node.into(), file: file.into(), source };
+        let failed = |source| ReplayedError::recording(node, file, source);
         let recording = Recording::open(file).map_err(failed)?;
         let replies = Replies::of(&recording, node).map_err(failed)?;
         let Some(ports) = replies.ports.get(node).cloned() else {
