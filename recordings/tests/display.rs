@@ -1,6 +1,8 @@
 //! What other programs are shown of a recording: read from the bytes of the file, with Foxglove's published message
 //! definitions written down here once more.
 
+#![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests fail as the tests themselves do")]
+
 use std::collections::{BTreeMap, BTreeSet};
 
 use prost::Message as _;
