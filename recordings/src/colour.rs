@@ -24,7 +24,7 @@ pub const NO_VALUE: [u8; 3] = [0x9a, 0x9a, 0x9a];
 pub enum Scale {
     /// Evenly.
     Linear,
-    /// By their logarithm, over so many decades below the largest as [`DECADES`] says, or from the smallest.
+    /// By their logarithm, over four decades below the largest, or from the smallest where that is nearer.
     Decades,
 }
 
