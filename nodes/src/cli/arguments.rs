@@ -119,6 +119,9 @@ pub(super) enum Command {
         /// Draw the contacts too
         #[arg(long)]
         contacts: bool,
+        /// Draw velocities as arrows
+        #[arg(long)]
+        velocities: bool,
     },
 }
 

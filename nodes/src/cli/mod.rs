@@ -75,7 +75,7 @@ pub fn main(arguments: Arguments) -> ExitCode {
         Command::Info { file, json } => info(&file, json),
         Command::Report { file, out } => out::report(&file, out),
         Command::Export(arguments) => out::export(&arguments),
-        Command::View { what, save, connect, contacts } => {
+        Command::View { what, save, connect, contacts, velocities } => {
             let mut arguments = Vec::new();
             if let Some(save) = save {
                 arguments.extend(["--save".into(), save.display().to_string()]);
@@ -85,6 +85,9 @@ pub fn main(arguments: Arguments) -> ExitCode {
             }
             if contacts {
                 arguments.push("--contacts".into());
+            }
+            if velocities {
+                arguments.push("--velocities".into());
             }
             show(&what, &arguments)
         }
