@@ -8,6 +8,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
+pub(crate) use scalars::quoted;
 use stagger_recordings::{
     Recording, RecordingError, State, States, Step,
     vtp::{self, VtpError},

@@ -29,5 +29,6 @@ pub mod run;
 pub mod scene_files;
 mod settings;
 pub mod summary;
+pub mod tradeoff;
 pub mod verify;
 pub mod view;

@@ -23,4 +23,5 @@ mod replayed;
 mod report;
 mod same_bits;
 mod several_hosts;
+mod tradeoff;
 mod vapour;

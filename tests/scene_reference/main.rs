@@ -74,9 +74,14 @@ fn takes(key: &Key) -> String {
         }
         Kind::Table(section) | Kind::Named(section) => format!("`[{}]`", section.path),
         Kind::Choice(words) => words.iter().map(|(word, _)| format!("`\"{word}\"`")).collect::<Vec<_>>().join(", "),
-        Kind::Whole(..) | Kind::Text | Kind::File | Kind::Texts | Kind::Flag | Kind::Numbers(..) | Kind::Wholes(..) => {
-            key.kind.expected()
-        }
+        Kind::Whole(..)
+        | Kind::Text
+        | Kind::File
+        | Kind::Texts
+        | Kind::Flag
+        | Kind::Numbers(..)
+        | Kind::Wholes(..)
+        | Kind::Scenes => key.kind.expected(),
     }
 }
 
@@ -171,6 +176,7 @@ fn kind(kind: Kind) -> Value {
             Some(short) => json!({ "anyOf": [self::kind(short.kind), object(section)] }),
             None => object(section),
         },
+        Kind::Scenes => json!({ "type": "object", "additionalProperties": { "type": "object" } }),
         Kind::Named(section) => json!({
             "type": "object",
             "propertyNames": { "pattern": "^[A-Za-z0-9_-]+$" },

@@ -106,6 +106,8 @@ pub(super) enum Command {
     },
     /// Write a recording as files for ParaView, CSV or Arrow (docs/exports.md); exit 3 when it is cut off or damaged
     Export(ExportArguments),
+    /// Measure what each approximation of a scene costs and gains (docs/tradeoff.md)
+    Tradeoff(TradeoffArguments),
     /// Show a recording, or a run that is going on, in Rerun
     View {
         /// A recording, or the name of a run on this host
@@ -131,10 +133,21 @@ pub(super) struct SceneArguments {
     pub(super) scene: PathBuf,
     /// Set a key of the scene: coupling.iterations=6
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value)]
-    pub(super) overrides: Vec<(String, String)>,
+    set: Vec<(String, String)>,
+    /// Choose a preset of the scene, such as draft; --set goes over it
+    #[arg(long, value_name = "NAME")]
+    preset: Option<String>,
     /// Recording of the scene that holds the files it names, where they are not beside it; --resume gives its own
     #[arg(long, value_name = "RECORDING")]
     pub(super) files: Option<PathBuf>,
+}
+
+impl SceneArguments {
+    /// What the command line sets: a preset first.
+    pub(super) fn overrides(&self) -> Vec<(String, String)> {
+        let preset = self.preset.iter().map(|name| ("preset".into(), format!("{name:?}")));
+        preset.chain(self.set.iter().cloned()).collect()
+    }
 }
 
 /// Where a coordinator meets its nodes.
@@ -271,6 +284,54 @@ pub(super) struct ReplayArguments {
 }
 
 #[derive(Debug, Args)]
+pub(super) struct TradeoffArguments {
+    #[command(flatten)]
+    pub(super) scene: SceneArguments,
+    /// Try only this setting; may be given several times. By default all that mean something for the scene
+    #[arg(long, value_name = "NAME")]
+    pub(super) axis: Vec<String>,
+    /// Try values of any key: --vary "particles.count=500;1000;2000"
+    #[arg(long, value_name = "KEY=VALUE;VALUE", value_parser = key_value)]
+    pub(super) vary: Vec<(String, String)>,
+    /// Set a key for the reference, beside far tighter steps, tolerances and sampling
+    #[arg(long, value_name = "KEY=VALUE", value_parser = key_value)]
+    pub(super) reference: Vec<(String, String)>,
+    /// Measure errors by this, such as "peak temperature"; by default what [tradeoff] in the scene names
+    #[arg(long, value_name = "QUANTITY", value_parser = str::parse::<crate::tradeoff::Quantity>)]
+    pub(super) quantity: Vec<crate::tradeoff::Quantity>,
+    /// Largest error of the setting that is recommended: 1% or 0.01
+    #[arg(long, value_name = "SHARE", default_value = "1%", value_parser = share)]
+    pub(super) error: f64,
+    /// Runs of each setting, whose median time counts
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
+    pub(super) repeat: u16,
+    /// A run that takes this many times as long as the scene as it stands is ended
+    #[arg(long, value_name = "FACTOR", default_value_t = 20.0, value_parser = positive)]
+    pub(super) longest: f64,
+    /// Measure the order of accuracy over the step instead
+    #[arg(long)]
+    pub(super) orders: bool,
+    /// First step of the orders, in s; by default the largest step of the scene
+    #[arg(long, requires = "orders", value_parser = positive)]
+    pub(super) dt: Option<f64>,
+    /// Runs of the orders, each with half the step of the one before
+    #[arg(long, requires = "orders", default_value_t = 5, value_parser = clap::value_parser!(u32).range(2..=20))]
+    pub(super) levels: u32,
+    /// Run the nodes as threads of one process
+    #[arg(long)]
+    pub(super) in_process: bool,
+    /// Threads of each node; by default one per core
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    pub(super) threads: Option<u16>,
+    /// Folder for the page, the table and the runs, which are not made again; by default tradeoff-SCENE
+    #[arg(long, value_name = "FOLDER")]
+    pub(super) out: Option<PathBuf>,
+    /// Print the result as JSON
+    #[arg(long)]
+    pub(super) json: bool,
+}
+
+#[derive(Debug, Args)]
 pub(super) struct ExportArguments {
     /// The recording
     pub(super) file: PathBuf,
@@ -305,6 +366,13 @@ fn name(text: &str) -> Result<String, String> {
 
 fn positive(text: &str) -> Result<f64, String> {
     text.parse().ok().filter(|value| *value > 0.0).ok_or_else(|| format!("expected a number above 0, found `{text}`"))
+}
+
+fn share(text: &str) -> Result<f64, String> {
+    let (number, divisor) = text.strip_suffix('%').map_or((text, 1.0), |percent| (percent.trim_end(), 100.0));
+    positive(number)
+        .map(|number| number / divisor)
+        .map_err(|_| format!("expected a share such as 1% or 0.01, found `{text}`"))
 }
 
 fn not_negative(text: &str) -> Result<f64, String> {

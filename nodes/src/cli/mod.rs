@@ -3,6 +3,7 @@
 mod arguments;
 mod author;
 mod out;
+mod tradeoff;
 mod words;
 
 use std::{
@@ -75,6 +76,7 @@ pub fn main(arguments: Arguments) -> ExitCode {
         Command::Info { file, json } => info(&file, json),
         Command::Report { file, out } => out::report(&file, out),
         Command::Export(arguments) => out::export(&arguments),
+        Command::Tradeoff(arguments) => tradeoff::tradeoff(arguments),
         Command::View { what, save, connect, contacts, velocities } => {
             let mut arguments = Vec::new();
             if let Some(save) = save {
@@ -180,7 +182,8 @@ fn run_scene(arguments: RunArguments) -> End {
 fn coordinate(arguments: &SceneArguments, output: &OutputArguments, resume: Option<&str>, options: Options) -> End {
     // A recording holds the files of its scene.
     let files = arguments.files.clone().or_else(|| resume.map(|resume| resume::parts(resume).0.into()));
-    let scene = match read_scene(&arguments.scene, &arguments.overrides, files.as_deref()) {
+    let overrides = arguments.overrides();
+    let scene = match read_scene(&arguments.scene, &overrides, files.as_deref()) {
         Ok(scene) => scene,
         Err(end) => return end,
     };
@@ -208,7 +211,7 @@ fn coordinate(arguments: &SceneArguments, output: &OutputArguments, resume: Opti
     let record = if output.no_record { None } else { Some(output.record.clone().unwrap_or_else(default)) };
     let options = Options {
         scene: arguments.scene.clone(),
-        overrides: arguments.overrides.clone(),
+        overrides,
         files,
         record: record.clone(),
         resume: resume.map(|(checkpoint, _)| checkpoint),
@@ -253,10 +256,19 @@ fn how_to_go_on(path: &Path) -> String {
 }
 
 fn check_scene(arguments: &SceneArguments, graph: Option<Format>, json: bool) -> End {
-    let scene = match read_scene(&arguments.scene, &arguments.overrides, arguments.files.as_deref()) {
+    let overrides = arguments.overrides();
+    let scene = match read_scene(&arguments.scene, &overrides, arguments.files.as_deref()) {
         Ok(scene) => scene,
         Err(end) => return end,
     };
+    // What a preset sets is read where it applies.
+    for preset in &scene.presets {
+        let chosen: Vec<_> = overrides.iter().cloned().chain([("preset".into(), format!("{preset:?}"))]).collect();
+        if let Err(end) = read_scene(&arguments.scene, &chosen, arguments.files.as_deref()) {
+            diagnostics::note(&format!("with the preset {preset}:"));
+            return end;
+        }
+    }
     if json {
         let report = check_json::report(&scene);
         if let Err(end) = print_json(&report) {

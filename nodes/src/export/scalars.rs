@@ -133,7 +133,7 @@ fn range(field: &Field, component: usize) -> [f64; 3] {
 }
 
 /// A name as RFC 4180 wants it.
-fn quoted(name: &str) -> String {
+pub(crate) fn quoted(name: &str) -> String {
     if name.contains([',', '"', '\n', '\r']) { format!("\"{}\"", name.replace('"', "\"\"")) } else { name.into() }
 }
 

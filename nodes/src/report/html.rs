@@ -2,7 +2,20 @@
 
 use std::fmt::Display;
 
-use super::plot::escape;
+use super::plot::{self, escape};
+
+/// A whole page that needs nothing beside itself and asks for nothing. It is well-formed XML too.
+pub fn document(title: &str, body: &str) -> String {
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'\"/>\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>{}</title>\n\
+         <style>\n{}{}</style>\n</head>\n<body>\n{body}</body>\n</html>\n",
+        escape(title),
+        plot::STYLE,
+        include_str!("page.css"),
+    )
+}
 
 /// A number as people read it, with its value for programs under `key`.
 pub fn data(key: &str, value: impl Display, shown: &str) -> String {

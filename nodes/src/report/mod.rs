@@ -4,7 +4,7 @@ mod convergence;
 mod energy;
 mod fields;
 mod gathered;
-mod html;
+pub(crate) mod html;
 mod page;
 pub mod plot;
 mod snapshots;

@@ -3,7 +3,7 @@
 use super::{
     convergence, energy, fields,
     gathered::{Gathered, NodeWork},
-    html::{data, date, fact, plots, section, table},
+    html::{data, date, document, fact, plots, section, table},
     plot::{self, Axis, Bar, Bars, Chart, Ramp, Series, View, count, escape, number, quantity},
     snapshots::{self, Snapshot},
 };
@@ -26,16 +26,7 @@ pub fn page(gathered: &Gathered, title: &str) -> String {
         section("Scene", &scene(gathered)),
         foot(gathered),
     ];
-    format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
-         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'\"/>\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>{}</title>\n\
-         <style>\n{}{}</style>\n</head>\n<body>\n{}</body>\n</html>\n",
-        escape(title),
-        plot::STYLE,
-        include_str!("page.css"),
-        sections.concat()
-    )
+    document(title, &sections.concat())
 }
 
 fn head(gathered: &Gathered, title: &str) -> String {

@@ -65,6 +65,8 @@ pub enum Kind {
     Table(&'static Section),
     /// Tables under names the user chooses.
     Named(&'static Section),
+    /// Tables under names the user chooses, each with keys of the scene as they stand in it.
+    Scenes,
 }
 
 /// What holds where a key is not given.
@@ -177,6 +179,7 @@ impl Kind {
                 None => format!("a table such as {}", section.example),
             },
             Self::Named(section) => format!("tables named [{}]", section.path),
+            Self::Scenes => "tables under names of your own, with keys of the scene".into(),
         }
     }
 }

@@ -22,6 +22,7 @@ mod pairs;
 mod particle_file;
 mod particles;
 mod pour;
+mod presets;
 mod problems;
 mod rays;
 mod reader;
@@ -37,6 +38,7 @@ use std::{borrow::Cow, collections::BTreeMap};
 
 pub use files::{Files, ReadFile};
 pub use key::{Fallback, Key, Kind, Range, Section};
+pub use presets::STANDARD;
 use problems::{Mistake, Place};
 pub use problems::{Problem, Problems};
 use reader::{Log, Table};
@@ -87,6 +89,10 @@ pub struct Scene {
     pub record: RecordSettings,
     /// What happens when a node dies.
     pub recovery: RecoverySettings,
+    /// Names of its presets; [`STANDARD`] is always among them.
+    pub presets: Vec<String>,
+    /// What errors of the scene are measured by, in the words of `[tradeoff]`; empty where it leaves that to the program.
+    pub quantities: Vec<String>,
     /// The files the scene names, by their paths as it writes them.
     pub files: Files,
     /// Hash of the text, the overrides and the files: what names the scene in a manifest and a recording.
@@ -189,14 +195,33 @@ static RECORD: Key = Key::new("record", Kind::Table(&nodes::RECORD), "The record
 static RECOVERY: Key =
     Key::new("recovery", Kind::Table(&recovery::SECTION), "What happens when a node dies.").or_from("it is restarted");
 
+static TRADEOFF: Key =
+    Key::new("tradeoff", Kind::Table(&presets::TRADEOFF), "What its errors are measured by.").or_from("by its fields");
+
 static ROOT: Section = Section {
     path: "",
     doc: "What is simulated, and for how long. A physics whose table is there runs; one that is not costs nothing.",
     example: "",
     shorthand: None,
     keys: &[
-        &TITLE, &DURATION, &SEED, &MATERIALS, &PARTICLES, &WALLS, &THERMAL, &OPTICS, &CURRENT, &SUBSTRATE, &ACOUSTICS,
-        &NODES, &COUPLING, &RECORD, &RECOVERY,
+        &TITLE,
+        &DURATION,
+        &SEED,
+        &MATERIALS,
+        &PARTICLES,
+        &WALLS,
+        &THERMAL,
+        &OPTICS,
+        &CURRENT,
+        &SUBSTRATE,
+        &ACOUSTICS,
+        &NODES,
+        &COUPLING,
+        &RECORD,
+        &RECOVERY,
+        &presets::PRESET,
+        &presets::PRESETS,
+        &TRADEOFF,
     ],
 };
 
@@ -236,6 +261,9 @@ impl Scene {
         let fail = |mistakes| Problems::new(file, overrides, mistakes);
         let mut entries = tree::parse(text).map_err(fail)?;
         let log = Log::new(read);
+        // Overrides choose a preset, which goes under all of them.
+        let _ = apply(&mut entries, overrides);
+        log.mistakes.borrow_mut().extend(presets::merge(&mut entries));
         log.mistakes.borrow_mut().extend(apply(&mut entries, overrides));
         let root = Table::root(&log, &ROOT, &entries);
         let scene = Self::read(&root, file);
@@ -248,7 +276,8 @@ impl Scene {
                 effective
                     .sort_by_key(|value| ROOT.keys.iter().position(|key| Some(key.name) == first(value).as_deref()));
                 let (text, overrides, files) = (text.to_owned(), overrides.to_vec(), log.files.take());
-                Ok(Self { hash: hash(&text, &overrides, &files), text, overrides, files, effective, ..scene })
+                let presets = presets::names(&entries);
+                Ok(Self { hash: hash(&text, &overrides, &files), text, overrides, files, effective, presets, ..scene })
             }
             _ => Err(fail(mistakes)),
         }
@@ -342,6 +371,9 @@ impl Scene {
             record
         });
         let recovery = root.table(&RECOVERY).map(recovery::read);
+        root.optional_text(&presets::PRESET);
+        root.scenes(&presets::PRESETS);
+        let quantities = root.optional_table(&TRADEOFF).map(presets::quantities).unwrap_or_default();
         Some(Self {
             title,
             duration_s,
@@ -357,6 +389,8 @@ impl Scene {
             coupling: coupling?,
             record: record?,
             recovery: recovery?,
+            presets: Vec::new(),
+            quantities,
             files: Files::new(),
             hash: 0,
             text: String::new(),

@@ -442,6 +442,15 @@ impl<'d> Table<'d> {
         tables
     }
 
+    /// Asks for tables that hold keys of the scene: what is in them is read where it applies.
+    pub fn scenes(&self, key: &'static Key) {
+        let Some((place, node)) = self.ask(key) else { return };
+        if !matches!(node.item, Item::Table(_)) {
+            let message = format!("expected {}, found {}", key.kind.expected(), node.item.describe());
+            self.mistake(place, self.path_of(key.name), message, None);
+        }
+    }
+
     /// Reports the given keys that nothing asked for: they do not go with the others.
     pub fn finish(self) {
         for (name, place, _) in &self.entries {
