@@ -8,6 +8,7 @@
 
 mod pile;
 mod piston;
+mod presets;
 mod sintering;
 
 use std::{path::Path, process::Command};

@@ -287,7 +287,8 @@ pub(super) struct ReplayArguments {
 pub(super) struct TradeoffArguments {
     #[command(flatten)]
     pub(super) scene: SceneArguments,
-    /// Try only this setting; may be given several times. By default all that mean something for the scene
+    /// Try only this setting; may be given several times, `presets` for the scene's presets alone. By default all that mean
+    /// something for the scene
     #[arg(long, value_name = "NAME")]
     pub(super) axis: Vec<String>,
     /// Try values of any key: --vary "particles.count=500;1000;2000"

@@ -141,6 +141,7 @@ fn points(axis: &str, scene: &Scene, substep_s: Option<f64>) -> Vec<Point> {
         .into_iter()
         .any(|runs| runs);
     let particles = scene.particles.as_ref();
+    let moving = particles.filter(|particles| particles.integrator != Integrator::Held);
     match axis {
         "dt" => scaled(&[0.25, 0.5, 2.0, 4.0, 8.0], "dt", &|factor| step(scene, factor)),
         "tolerance" if coupled => scaled(&[1e-2, 1e2, 1e4], "tolerance", &|factor| tolerances(scene, factor)),
@@ -174,11 +175,11 @@ fn points(axis: &str, scene: &Scene, substep_s: Option<f64>) -> Vec<Point> {
             Some(own) => scaled(&[0.25, 0.5, 2.0, 3.0], "substep", &|factor| verlet(own * factor)),
             None => Vec::new(),
         },
-        "spin" if particles.is_some_and(|particles| particles.friction.is_some()) => {
+        "spin" if moving.is_some_and(|particles| particles.friction.is_some()) => {
             let other = particles.is_some_and(|particles| !particles.spin);
             vec![point(format!("spin {other}"), vec![set("particles.spin", other)])]
         }
-        "skin" if particles.is_some() => numbers("particles.skin", "skin", &[0.1, 0.3, 0.6, 1.0]),
+        "skin" if moving.is_some() => numbers("particles.skin", "skin", &[0.1, 0.3, 0.6, 1.0]),
         "cut-off" => match particles.and_then(|particles| particles.fields.near_field.as_ref()) {
             Some(near) => match near.cutoff_m {
                 Some(own) => scaled(&[0.5, 2.0], "cut-off", &|factor| {

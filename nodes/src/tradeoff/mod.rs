@@ -26,6 +26,8 @@ pub use quantity::{Ends, Quantity};
 
 /// How many times smaller the reference's steps are than the scene's; those of the run that tells what is known of it, half.
 const TIGHTER: f64 = 4.0;
+/// What is asked for where the presets alone are to be run, which always are.
+const PRESETS: &str = "presets";
 /// Share of the time by which a setting must be faster to be taken: less is noise.
 const FASTER: f64 = 0.97;
 
@@ -34,7 +36,8 @@ const FASTER: f64 = 0.97;
 pub struct Options {
     /// Where and how runs are made.
     pub workshop: Workshop,
-    /// Built-in axes to try; empty tries all that mean something for the scene.
+    /// Built-in axes to try; empty tries all that mean something for the scene, `presets` none: those of the scene are always
+    /// run.
     pub axes: Vec<String>,
     /// Axes of the user's own: a key and its values.
     pub vary: Vec<(String, Vec<String>)>,
@@ -252,7 +255,8 @@ pub fn study(
     interrupted: &AtomicBool,
     tell: &mut dyn FnMut(&str),
 ) -> Result<Study, Failed> {
-    let known: Vec<String> = axis::all(scene, Some(1.0)).into_iter().map(|axis| axis.name).collect();
+    let mut known: Vec<String> = axis::all(scene, Some(1.0)).into_iter().map(|axis| axis.name).collect();
+    known.push(PRESETS.into());
     if let Some(name) = options.axes.iter().find(|name| !known.contains(name)) {
         return Err(Failed::Axis { name: name.clone(), known: known.join(", ") });
     }

@@ -267,7 +267,7 @@ mod tests {
 
     fn state(fields: &[(&str, usize, &[f64])], absorbed: f64) -> State {
         let field = |(name, components, values): &(&str, usize, &[f64])| {
-            let port = Arc::new(Port::f64(*name, "1", "particles", *components as u32, Measure::None));
+            let port = Arc::new(Port::f64(name, "1", "particles", *components as u32, Measure::None));
             ((*name).to_owned(), Field::new(&port, 0, values.to_vec()).unwrap())
         };
         let mut ledger = Ledger::default();

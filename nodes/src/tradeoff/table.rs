@@ -15,12 +15,9 @@ pub fn head(quantities: &[Quantity]) -> String {
     for quantity in quantities {
         let _ = write!(text, "\n  {quantity}");
     }
-    let _ = write!(
-        text,
-        "\n\n{:<LABEL$} {:>9} {:>9} {:>7} {:>10} {:>9}  {}",
-        "", "wall", "cpu", "faster", "exchanges", "error", "largest in"
-    );
-    text
+    let columns = ["wall", "cpu", "faster", "exchanges", "error"].iter().zip([9, 9, 7, 10, 9]);
+    let columns: String = columns.map(|(name, width)| format!(" {name:>width$}")).collect();
+    text + &format!("\n\n{:<LABEL$}{columns}  largest in", "")
 }
 
 /// A share as people read it.

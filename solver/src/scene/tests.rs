@@ -183,6 +183,12 @@ checkpoint = 20
 restarts = 7
 hang = "1 min"
 start = "5 s"
+
+[tradeoff]
+quantities = ["mean temperature", "porosity"]
+
+[presets.draft]
+coupling.dt.limit = "40 us"
 "#;
 
 /// The least a scene with all physics says.
