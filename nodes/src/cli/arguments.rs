@@ -118,6 +118,9 @@ pub(super) enum Command {
         /// Connect to a viewer that runs already, such as rerun+http://127.0.0.1:9876/proxy
         #[arg(long)]
         connect: Option<String>,
+        /// Serve the viewer to browsers of this host until Ctrl-C, and print the page's address
+        #[arg(long, conflicts_with_all = ["save", "connect"])]
+        web: bool,
         /// Draw the contacts too
         #[arg(long)]
         contacts: bool,

@@ -77,13 +77,16 @@ pub fn main(arguments: Arguments) -> ExitCode {
         Command::Report { file, out } => out::report(&file, out),
         Command::Export(arguments) => out::export(&arguments),
         Command::Tradeoff(arguments) => tradeoff::tradeoff(arguments),
-        Command::View { what, save, connect, contacts, velocities } => {
+        Command::View { what, save, connect, web, contacts, velocities } => {
             let mut arguments = Vec::new();
             if let Some(save) = save {
                 arguments.extend(["--save".into(), save.display().to_string()]);
             }
             if let Some(connect) = connect {
                 arguments.extend(["--connect".into(), connect]);
+            }
+            if web {
+                arguments.push(view::WEB.into());
             }
             if contacts {
                 arguments.push("--contacts".into());
