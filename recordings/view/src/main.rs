@@ -19,7 +19,7 @@ use std::{
 
 use arguments::Arguments;
 use frame::{Marks, Overview, bounds_m};
-use layers::{Layers, largest_current};
+use layers::{Layers, f64s, largest_current};
 use plots::Plots;
 use show::{Moment, Show};
 use stagger_messages::Verdict;
@@ -89,8 +89,8 @@ fn survey(path: &Path) -> Result<(Recording, Option<Overview>), Box<dyn Error>> 
     let mut see = |step: Step| {
         layers.include(&step.fields);
         currents.extend(largest_current(&step.fields).map(|current| (step.t_s, current)));
-        if let Some(bounds) = bounds_m(&step.fields) {
-            start.get_or_insert(bounds);
+        if f64s(&step.fields, "positions").is_some_and(|positions| !positions.is_empty()) {
+            start = start.or_else(|| bounds_m(&step.fields));
             last = Some(step);
         }
     };
