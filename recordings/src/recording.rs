@@ -31,6 +31,9 @@ pub(crate) const FIELD: &str = "stagger.v1.FieldMessage";
 /// What the names of attachments that hold the scene's files begin with; the path follows.
 pub(crate) const FILE: &str = "file/";
 
+/// Messages needed from before a time, and those from about that time on.
+type Skipped = (Vec<Message>, Messages<Take<File>>);
+
 /// A recorded run on disk.
 #[derive(Clone, Debug)]
 pub struct Recording {
@@ -158,7 +161,7 @@ impl Recording {
     }
 
     /// What is needed of the messages before a time, and those from its chunk on; `None` where the index is of no use.
-    fn skipping(&self, log_time_ns: u64) -> Result<Option<(Vec<Message>, Messages<Take<File>>)>, RecordingError> {
+    fn skipping(&self, log_time_ns: u64) -> Result<Option<Skipped>, RecordingError> {
         let Some(mut index) = Index::of(open(&self.path)?) else { return Ok(None) };
         // Nothing is left out before the chunk behind the one with the last message of the start.
         let from = index.chunk_at(log_time_ns).filter(|from| index.chunk_at(1).is_some_and(|later| later < *from));
