@@ -48,6 +48,12 @@ impl Threads {
         }
         Ok(Self { threads, interrupted })
     }
+
+    /// Whether a node of that name is one of them.
+    #[must_use]
+    pub fn has(&self, node: &str) -> bool {
+        self.threads.contains_key(node)
+    }
 }
 
 impl Drop for Threads {

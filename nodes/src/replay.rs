@@ -52,7 +52,7 @@ pub fn replay(recording: &Recording, link: &Link, pace: &Pace, going: &dyn Fn() 
     while !pace.at_once && going() && !first_reader.has_reader()? {
         std::thread::sleep(Duration::from_millis(20));
     }
-    for message in recording.messages()? {
+    for message in recording.messages_from(pace.from_s)? {
         let message = message?;
         if !going() {
             break;

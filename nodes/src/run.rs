@@ -13,6 +13,7 @@ use std::{
 use stagger_messages::{Checkpoint, Manifest, keys};
 use stagger_recordings::{Exchange, Level, Recorder, RecorderOptions, RecordingError, RunInfo};
 use stagger_solver::{
+    coupling::Participant,
     coupling::{End, Ensemble as _, Precedent},
     scene::{self, Scene},
 };
@@ -155,8 +156,15 @@ pub fn run(scene: &Scene, options: Options, interrupted: &Arc<AtomicBool>) -> Re
         }
         Box::new(Threads::start(&link, &run, scene.hash, participants, Arc::clone(interrupted))?)
     } else if options.by_hand.is_some() {
-        diagnostics::note(&format!("run {run} waits on {} for {}", role.endpoints(), join(&names)));
-        Box::new(ByHand(Arc::clone(interrupted)))
+        // Those of recordings need no process of their own.
+        let mut participants: BTreeMap<String, Box<dyn Participant>> = BTreeMap::new();
+        for (node, file) in &options.replays.files {
+            participants.insert(node.clone(), Box::new(Replayed::open(file, node)?));
+        }
+        let awaited = names.iter().filter(|name| !participants.contains_key(*name)).cloned().collect();
+        diagnostics::note(&format!("run {run} waits on {} for {}", role.endpoints(), join(&awaited)));
+        let recorded = Threads::start(&link, &run, scene.hash, participants, Arc::clone(interrupted))?;
+        Box::new(ByHand { interrupted: Arc::clone(interrupted), recorded })
     } else {
         let launcher = Launcher::start(&nodes, common, Arc::clone(interrupted));
         Box::new(launcher.map_err(io("cannot start the nodes"))?)
@@ -224,23 +232,32 @@ fn join(names: &BTreeSet<String>) -> String {
     names.iter().map(String::as_str).collect::<Vec<_>>().join(", ")
 }
 
-/// Nodes started by somebody else.
-struct ByHand(Arc<AtomicBool>);
+/// Nodes started by somebody else, and those of recordings.
+struct ByHand {
+    interrupted: Arc<AtomicBool>,
+    recorded: Threads,
+}
 
 impl Keeper for ByHand {
-    fn last_words(&mut self, _node: &str) -> String {
+    fn last_words(&mut self, node: &str) -> String {
+        if self.recorded.has(node) {
+            return self.recorded.last_words(node);
+        }
         "it was started by hand: look at its own messages".into()
     }
 
     fn interrupted(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
+        self.interrupted.load(Ordering::Relaxed)
     }
 
     fn ended_early(&mut self) -> Option<String> {
-        None
+        self.recorded.ended_early()
     }
 
     fn restart(&mut self, node: &str) -> Result<(), String> {
+        if self.recorded.has(node) {
+            return self.recorded.restart(node);
+        }
         diagnostics::note(&format!("waiting for `{node}` to be started again by hand"));
         Ok(())
     }
@@ -269,6 +286,7 @@ fn run_info(run: &str, scene: &Scene, options: &Options) -> RunInfo {
         files: scene.files.clone(),
         scene_hash: scene.hash,
         overrides: options.overrides.clone(),
+        replayed: options.replays.files.iter().map(|(node, file)| (node.clone(), file.display().to_string())).collect(),
         seed: scene.seed,
         program: concat!("stagger ", env!("CARGO_PKG_VERSION")).into(),
         started_unix_ns: u64::try_from(unix_time().as_nanos()).unwrap_or(u64::MAX),

@@ -25,6 +25,9 @@ use crate::{
 pub const HOW_TO_GET: &str = "the viewer bridge `stagger-view` is not built yet (it takes some minutes, once): \
      cargo build --release --manifest-path recordings/view/Cargo.toml";
 
+/// The bridge's option to serve a viewer in a browser, which it does until it is ended.
+pub const WEB: &str = "--web";
+
 /// How long a run may take to describe itself.
 const PATIENCE: Duration = Duration::from_secs(5);
 /// How long a bridge may take nothing before it is ended: longer than a viewer takes to start, shorter than a link
@@ -83,6 +86,8 @@ pub struct Stream {
     child: Arc<Mutex<Child>>,
     over: Arc<AtomicBool>,
     watch: JoinHandle<()>,
+    /// Whether the bridge stays when it has shown everything.
+    stays: bool,
 }
 
 impl Stream {
@@ -110,7 +115,7 @@ impl Stream {
                 }
             }
         })?;
-        Ok(Self { recorder, child, over, watch })
+        Ok(Self { recorder, child, over, watch, stays: arguments.iter().any(|argument| argument == WEB) })
     }
 
     /// A handle for handing over messages.
@@ -127,7 +132,7 @@ impl Stream {
         Ok(lock(&self.child).try_wait()?.is_some())
     }
 
-    /// Hands over what waits, and waits until the bridge has shown it and ends.
+    /// Hands over what waits, and waits until the bridge has shown it and ends, or is ended where it serves browsers.
     ///
     /// # Errors
     /// The system does not say how it ended.
@@ -137,7 +142,7 @@ impl Stream {
         // It only sleeps and looks.
         let _ = self.watch.join();
         let until = Instant::now() + STALLED;
-        while Instant::now() < until && lock(&self.child).try_wait()?.is_none() {
+        while (self.stays || Instant::now() < until) && lock(&self.child).try_wait()?.is_none() {
             std::thread::sleep(LOOK);
         }
         let mut child = lock(&self.child);

@@ -5,14 +5,19 @@
 
 use std::{
     collections::{BTreeMap, VecDeque},
-    io::{Read, Seek, SeekFrom, Write},
+    fs::File,
+    io::{Read, Seek, SeekFrom, Take, Write},
     sync::Arc,
 };
 
 use mcap::{
     Attachment, MAGIC, McapError, WriteOptions, Writer,
+    records::ChunkIndex,
     records::{MessageHeader, Metadata, Record, op},
-    sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions},
+    sans_io::{
+        linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions},
+        summary_reader::{SummaryReadEvent, SummaryReader},
+    },
     write::NoSeek,
 };
 
@@ -140,6 +145,10 @@ impl<R: Read> ContainerReader<R> {
             .with_validate_data_section_crc(true)
             .with_validate_summary_section_crc(true)
             .with_record_length_limit(RECORD_LIMIT_BYTES);
+        Self::with_options(input, options)
+    }
+
+    fn with_options(input: R, options: LinearReaderOptions) -> Self {
         Self {
             input,
             reader: LinearReader::new_with_options(options),
@@ -260,6 +269,110 @@ impl<R: Read> Iterator for ContainerReader<R> {
                 self.prove();
             }
         }
+    }
+}
+
+/// The index at the end of a closed container: where its chunks are, and what is in them.
+pub(crate) struct Index {
+    file: File,
+    /// In the order of the file, which is that of time.
+    chunks: Vec<ChunkIndex>,
+    schemas: BTreeMap<u16, Arc<str>>,
+    channels: BTreeMap<u16, (Arc<str>, Arc<str>)>,
+}
+
+impl Index {
+    /// `None` where there is none, or where it is not that of a container this program writes: plain and in order of time.
+    pub(crate) fn of(mut file: File) -> Option<Self> {
+        let mut reader = SummaryReader::new();
+        while let Some(event) = reader.next_event() {
+            match event.ok()? {
+                SummaryReadEvent::ReadRequest(wanted) => {
+                    let read = file.read(reader.insert(wanted)).ok()?;
+                    reader.notify_read(read);
+                }
+                SummaryReadEvent::SeekRequest(to) => reader.notify_seeked(file.seek(to).ok()?),
+            }
+        }
+        let summary = reader.finish()?;
+        let mut chunks = summary.chunk_indexes;
+        chunks.sort_by_key(|chunk| chunk.chunk_start_offset);
+        let plain = chunks.iter().all(|chunk| chunk.compression.is_empty());
+        let in_order = chunks.is_sorted_by_key(|chunk| chunk.message_end_time);
+        let schemas = summary.schemas.iter().map(|(id, schema)| (*id, schema.name.as_str().into())).collect();
+        let channel = |(id, channel): (&u16, &Arc<mcap::Channel<'_>>)| {
+            let schema = channel.schema.as_ref().map_or("", |schema| schema.name.as_str());
+            (*id, (channel.topic.as_str().into(), schema.into()))
+        };
+        let channels = summary.channels.iter().map(channel).collect();
+        (plain && in_order && !chunks.is_empty()).then_some(Self { file, chunks, schemas, channels })
+    }
+
+    /// The first chunk with a message at or after a time; `None` where all are before.
+    pub(crate) fn chunk_at(&self, log_time_ns: u64) -> Option<usize> {
+        self.chunks.iter().position(|chunk| chunk.message_end_time >= log_time_ns)
+    }
+
+    /// Numbers of the channels whose messages have a schema.
+    pub(crate) fn channels_of<'a>(&'a self, schema: &'a str) -> impl Iterator<Item = u16> + 'a {
+        self.channels.iter().filter(move |(_, (_, name))| **name == *schema).map(|(id, _)| *id)
+    }
+
+    /// The last chunk before `below` with a message on a channel that `wanted` takes. The messages are read where the
+    /// index says they are, without the checksum of their chunk: what is found is to be read again with it. `None` where
+    /// there is no such message, or where the index does not lead to messages.
+    pub(crate) fn last_with(&mut self, channel: u16, below: usize, wanted: impl Fn(&[u8]) -> bool) -> Option<usize> {
+        for number in (0..below).rev() {
+            let chunk = self.chunks.get(number)?;
+            let Some(&at) = chunk.message_index_offsets.get(&channel) else { continue };
+            let data = chunk.compressed_data_offset().ok()?;
+            let Record::MessageIndex(index) = mcap::parse_record(op::MESSAGE_INDEX, &self.record(at)?).ok()? else {
+                return None;
+            };
+            let mut offsets: Vec<u64> = index.records.iter().map(|entry| entry.offset).collect();
+            offsets.sort_unstable();
+            for offset in offsets.into_iter().rev() {
+                let record = self.record(data.checked_add(offset)?)?;
+                if let Record::Message { data, .. } = mcap::parse_record(op::MESSAGE, &record).ok()?
+                    && wanted(&data)
+                {
+                    return Some(number);
+                }
+            }
+        }
+        None
+    }
+
+    /// The body of the record at a place in the file.
+    fn record(&mut self, at: u64) -> Option<Vec<u8>> {
+        let mut head = [0; 9];
+        self.file.seek(SeekFrom::Start(at)).ok()?;
+        self.file.read_exact(&mut head).ok()?;
+        let length = head.get(1..)?.try_into().ok().map(u64::from_le_bytes)?;
+        let mut body = Vec::new();
+        // Read as far as there is: a damaged length must not allocate more.
+        (&self.file).take(length.min(RECORD_LIMIT_BYTES as u64)).read_to_end(&mut body).ok()?;
+        (body.len() as u64 == length).then_some(body)
+    }
+
+    /// Reads one chunk alone, or from one to the end of the container.
+    ///
+    /// # Errors
+    /// The file cannot be read.
+    pub(crate) fn reader(&self, from: usize, alone: bool) -> Result<ContainerReader<Take<File>>, RecordingError> {
+        let mut file = self.file.try_clone().map_err(RecordingError::Read)?;
+        let (start, length) =
+            self.chunks.get(from).map_or((0, 0), |chunk| (chunk.chunk_start_offset, chunk.chunk_length));
+        file.seek(SeekFrom::Start(start)).map_err(RecordingError::Read)?;
+        let length = if alone { length } else { u64::MAX };
+        let options = LinearReaderOptions::default()
+            .with_skip_start_magic(true)
+            .with_skip_end_magic(alone)
+            .with_validate_chunk_crcs(true)
+            .with_record_length_limit(RECORD_LIMIT_BYTES);
+        let mut reader = ContainerReader::with_options(file.take(length), options);
+        (reader.schemas, reader.channels, reader.begun) = (self.schemas.clone(), self.channels.clone(), true);
+        Ok(reader)
     }
 }
 

@@ -1,7 +1,7 @@
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     fs::File,
-    io::Read,
+    io::{Read, Take},
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -15,7 +15,7 @@ use stagger_messages::{
 
 use crate::{
     RecordingError, RunInfo,
-    container::{ContainerReader, Event, ends_complete},
+    container::{ContainerReader, Event, Index, ends_complete},
 };
 
 /// Name of the metadata that describes the run.
@@ -30,6 +30,9 @@ pub(crate) const FIELD: &str = "stagger.v1.FieldMessage";
 
 /// What the names of attachments that hold the scene's files begin with; the path follows.
 pub(crate) const FILE: &str = "file/";
+
+/// Messages needed from before a time, and those from about that time on.
+type Skipped = (Vec<Message>, Messages<Take<File>>);
 
 /// A recorded run on disk.
 #[derive(Clone, Debug)]
@@ -138,6 +141,57 @@ impl Recording {
             }
         }
         Ok(found)
+    }
+
+    /// As [`Self::messages`], but of those before a simulated time, in s, perhaps only what is needed to go on from it:
+    /// those at the start, and each field's newest values. A closed recording is not read in between.
+    ///
+    /// # Errors
+    /// The file cannot be opened again.
+    pub fn messages_from(
+        &self,
+        t_s: f64,
+    ) -> Result<Box<dyn Iterator<Item = Result<Message, RecordingError>> + '_>, RecordingError> {
+        // Times in the index are rounded.
+        let log_time_ns = (t_s * 1e9).floor() as u64;
+        match self.skipping(log_time_ns.saturating_sub(1))? {
+            Some((before, rest)) => Ok(Box::new(before.into_iter().map(Ok).chain(rest))),
+            None => Ok(Box::new(self.messages()?)),
+        }
+    }
+
+    /// What is needed of the messages before a time, and those from its chunk on; `None` where the index is of no use.
+    fn skipping(&self, log_time_ns: u64) -> Result<Option<Skipped>, RecordingError> {
+        let Some(mut index) = Index::of(open(&self.path)?) else { return Ok(None) };
+        // Nothing is left out before the chunk behind the one with the last message of the start.
+        let from = index.chunk_at(log_time_ns).filter(|from| index.chunk_at(1).is_some_and(|later| later < *from));
+        let Some(from) = from else { return Ok(None) };
+        // Without a checksum, a message that does not decode is read again by whoever reads everything.
+        let has_values = |data: &[u8]| codec::decode_field_record(data).is_ok_and(|received| received.field.is_some());
+        let channels: Vec<u16> = index.channels_of(FIELD).collect();
+        let chunks: BTreeSet<usize> =
+            channels.into_iter().filter_map(|channel| index.last_with(channel, from, has_values)).collect();
+        let mut before = Vec::new();
+        for message in self.messages()? {
+            let message = message?;
+            if message.log_time_ns > 0 {
+                break;
+            }
+            before.push(message);
+        }
+        let mut newest: BTreeMap<String, Message> = BTreeMap::new();
+        for chunk in chunks {
+            let events = index.reader(chunk, true)?;
+            for message in (Messages { info: self.info.clone(), events, fields: true }) {
+                let message = message?;
+                if matches!(&message.body, Body::Field(received) if received.field.is_some()) {
+                    newest.insert(message.topic.clone(), message);
+                }
+            }
+        }
+        before.extend(newest.into_values());
+        let events = index.reader(from, false)?;
+        Ok(Some((before, Messages { info: self.info.clone(), events, fields: true })))
     }
 
     pub(crate) fn events(&self) -> Result<ContainerReader<File>, RecordingError> {

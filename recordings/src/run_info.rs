@@ -18,6 +18,9 @@ pub struct RunInfo {
     pub scene_hash: u64,
     /// Keys and values set on the command line.
     pub overrides: Vec<(String, String)>,
+    /// Nodes that were not solved but answered as in a recording, and its file.
+    #[serde(default)]
+    pub replayed: BTreeMap<String, String>,
     /// Seed of the run.
     pub seed: u64,
     /// Name and version of the program that recorded.
@@ -57,6 +60,7 @@ impl RunInfo {
         for (number, path) in self.files.keys().enumerate() {
             map.insert(format!("file.{number:04}"), path.clone());
         }
+        map.extend(self.replayed.iter().map(|(node, file)| (format!("replayed.{node}"), file.clone())));
         map.extend(self.machine.iter().map(|(key, value)| (format!("machine.{key}"), value.clone())));
         map.insert(CHECKSUM.into(), checksum(&map));
         map
@@ -83,7 +87,9 @@ impl RunInfo {
             u64::from_str_radix(&value, radix).map_err(|_| RecordingError::BadRun { key: key.into(), value })
         };
         let overrides = map.iter().filter(|(key, _)| key.starts_with("override."));
-        let machine = map.iter().filter_map(|(key, value)| Some((key.strip_prefix("machine.")?.into(), value.clone())));
+        let behind = |prefix: &str| -> BTreeMap<String, String> {
+            map.iter().filter_map(|(key, value)| Some((key.strip_prefix(prefix)?.into(), value.clone()))).collect()
+        };
         Ok(Self {
             run: text("run"),
             scene_file: text("scene_file"),
@@ -97,7 +103,8 @@ impl RunInfo {
             seed: number("seed", 10)?,
             program: text("program"),
             started_unix_ns: number("started_unix_ns", 10)?,
-            machine: machine.collect(),
+            replayed: behind("replayed."),
+            machine: behind("machine."),
         })
     }
 }
@@ -115,6 +122,7 @@ mod tests {
             files: [("bed.csv".to_owned(), b"x,y".as_slice().into())].into(),
             overrides: (0..12).map(|i| (format!("key{}", 11 - i), format!("a=b{i}"))).collect(),
             seed: 7,
+            replayed: [("optics".to_owned(), "old=run.mcap".to_owned())].into(),
             machine: [("threads".to_owned(), "2".to_owned())].into(),
             ..RunInfo::default()
         };

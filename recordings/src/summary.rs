@@ -27,6 +27,8 @@ pub struct Summary {
     pub scene_file: String,
     /// Program that recorded.
     pub program: String,
+    /// Nodes that answered as in a recording, and its file.
+    pub replayed: BTreeMap<String, String>,
     /// False where the file was cut off or is damaged.
     pub complete: bool,
     /// Why the file cannot be read to its end; what is told here precedes that point.
@@ -142,6 +144,7 @@ impl Summary {
             run: recording.info.run.clone(),
             scene_file: recording.info.scene_file.clone(),
             program: recording.info.program.clone(),
+            replayed: recording.info.replayed.clone(),
             complete: recording.complete,
             ..Self::default()
         };

@@ -20,6 +20,9 @@ impl Display for Summary {
         writeln!(f, "{:<12}{}", "run", self.run)?;
         writeln!(f, "{:<12}{}", "scene", self.scene_file)?;
         writeln!(f, "{:<12}{}", "program", self.program)?;
+        for (node, file) in &self.replayed {
+            writeln!(f, "{:<12}{node}, from {file}", "replayed")?;
+        }
         writeln!(f, "{:<12}{outcome}", "outcome")?;
         writeln!(f, "{:<12}{file}", "file")?;
         let time = quantity(self.simulated_time_s, "s");

@@ -478,3 +478,45 @@ fn the_replies_of_a_node_come_in_their_order_with_their_windows_and_fields() {
         assert_eq!(one.fields.get("temperature"), other.fields.get("temperature").filter(|_| is_accepted));
     }
 }
+
+/// Place and bytes of a message.
+type Wire = (String, u64, (Bytes, Bytes));
+
+fn wire(message: &Message) -> Wire {
+    (message.topic.clone(), message.log_time_ns, message.parts())
+}
+
+/// The newest values of each field before a time, by topic.
+fn newest_before(messages: &[Message], log_time_ns: u64) -> BTreeMap<String, Wire> {
+    let before = messages.iter().filter(|message| message.log_time_ns < log_time_ns);
+    let values = before.filter(|message| matches!(&message.body, Body::Field(it) if it.field.is_some()));
+    values.map(|message| (message.topic.clone(), wire(message))).collect()
+}
+
+#[test]
+fn a_closed_recording_is_read_from_a_time_on_without_what_lies_in_between() {
+    // Some ten chunks.
+    let script = Script { particles: 3000, steps: 60, dt_s: 1e-4 };
+    let (bytes, _) = record(&exchanges(script), RecorderOptions::default());
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    let from = |bytes: &[u8], t_s: f64| -> Vec<Message> {
+        std::fs::write(&path, bytes).unwrap();
+        Recording::open(&path).unwrap().messages_from(t_s).unwrap().map(Result::unwrap).collect()
+    };
+    let all = read(&bytes);
+    let initial: Vec<Wire> = all.iter().take_while(|message| message.log_time_ns == 0).map(wire).collect();
+    for (t_s, skips) in [(0.0, false), (1.05e-3, false), (3e-3, true), (5.9e-3, true), (1.0, false)] {
+        let log_time_ns = (t_s * 1e9) as u64;
+        let some = from(&bytes, t_s);
+        let later = |messages: &[Message]| -> Vec<Wire> {
+            messages.iter().filter(|message| message.log_time_ns >= log_time_ns).map(wire).collect()
+        };
+        assert!(later(&some) == later(&all), "{t_s} s");
+        assert!(newest_before(&some, log_time_ns) == newest_before(&all, log_time_ns), "{t_s} s");
+        assert!(some.iter().map(wire).zip(&initial).all(|(found, expected)| found == *expected), "{t_s} s");
+        assert!(!skips || some.len() < all.len() - 100, "{t_s} s: {} of {}", some.len(), all.len());
+    }
+    // Without an index everything is read.
+    assert_eq!(from(&bytes[..bytes.len() - 40], 5.9e-3).len(), all.len());
+}

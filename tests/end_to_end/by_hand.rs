@@ -8,6 +8,7 @@ use std::{
     },
 };
 
+use serde_json::Value;
 use stagger_messages::keys;
 use stagger_nodes::link::{Link, Role};
 
@@ -22,13 +23,11 @@ fn endpoint() -> String {
     format!("tcp/{}", free_address())
 }
 
-#[test]
-fn nodes_started_by_hand_give_the_same_hash() {
-    let place = Workplace::with("quick.toml");
-    let alone = json(&place.run(&["--json", "--no-record"]));
+/// The summary of a coordinator and some nodes, each started on its own.
+fn by_hand(place: &Workplace, kinds: &[&str], more: &[&str]) -> Value {
     let listen = endpoint();
     let mut coordinator = stagger();
-    coordinator.arg("coordinator").arg(&place.scene).args(["--listen", &listen, "--no-record", "--json"]);
+    coordinator.arg("coordinator").arg(&place.scene).args(["--listen", &listen, "--no-record", "--json"]).args(more);
     let coordinator = coordinator.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();
     let mut coordinator = coordinator.unwrap();
     // It says the run's name, as a user would read it.
@@ -36,8 +35,10 @@ fn nodes_started_by_hand_give_the_same_hash() {
     let mut said = std::io::BufReader::new(coordinator.stderr.take().unwrap());
     std::io::BufRead::read_line(&mut said, &mut line).unwrap();
     let run = line.split_whitespace().skip_while(|word| *word != "run").nth(1).unwrap().to_owned();
-    let nodes: Vec<_> = ["optics", "thermal", "particles"]
-        .into_iter()
+    let awaited = line.trim_end().rsplit_once(" for ").unwrap().1;
+    assert!(kinds.iter().all(|kind| awaited.contains(kind)) && awaited.split(", ").count() == kinds.len(), "{line}");
+    let nodes: Vec<_> = kinds
+        .iter()
         .map(|kind| {
             let mut node = stagger();
             node.args(["node", kind, "--run", &run, "--connect", &listen, "--scene"]).arg(&place.scene);
@@ -45,10 +46,21 @@ fn nodes_started_by_hand_give_the_same_hash() {
         })
         .collect();
     let output = coordinator.wait_with_output().unwrap();
-    assert_eq!(json(&output)["hash"], alone["hash"]);
     for mut node in nodes {
         assert!(node.wait().unwrap().success());
     }
+    json(&output)
+}
+
+#[test]
+fn nodes_started_by_hand_give_the_same_hash_also_among_recorded_ones() {
+    let place = Workplace::with("quick.toml");
+    let recorded = place.path("run.mcap");
+    let alone = json(&place.run(&["--json", "--record", recorded.to_str().unwrap()]));
+    assert_eq!(by_hand(&place, &["optics", "thermal", "particles"], &[])["hash"], alone["hash"]);
+    let [optics, particles] = ["optics", "particles"].map(|node| format!("{node}={}", recorded.display()));
+    let again = by_hand(&place, &["thermal"], &["--replayed", &optics, "--replayed", &particles]);
+    assert_eq!((&again["hash"], &again["steps"]), (&alone["hash"], &alone["steps"]));
 }
 
 #[test]

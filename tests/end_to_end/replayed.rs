@@ -38,7 +38,11 @@ fn a_run_with_recorded_nodes_has_the_bits_of_the_recorded_run() {
                 }
             }
         }
-        // Such a run is recorded as any other.
+        // Such a run is recorded as any other, and says what answered.
+        let told = json(&stagger().args(["info", "--json"]).arg(place.path("again.mcap")).output().unwrap());
+        let from = place.path("run.mcap");
+        assert_eq!(told["replayed"].as_object().unwrap().len(), 3);
+        assert!(from.ends_with(told["replayed"]["optics"].as_str().unwrap()), "{told}");
         let verified = json(&stagger().args(["verify", "--json"]).arg(place.path("again.mcap")).output().unwrap());
         assert_eq!(verified["hash"], whole["hash"]);
         place.wait_until_empty();

@@ -187,6 +187,16 @@ class WholeRun(unittest.TestCase):
         verified = subprocess.run([PROGRAM, "verify", file, "--tolerance", "1e-9"], capture_output=True, text=True)
         self.assertEqual(verified.returncode, 0, verified.stdout + verified.stderr)
 
+    def test_it_is_verified_alone_against_a_recording_of_the_built_in_node(self) -> None:
+        file = str(self.folder / "run.mcap")
+        # Until 0.2 ms after the laser has been switched on.
+        self.run_scene("deposition-laser.toml", "--set", 'duration="2.2 ms"', "--record", file)
+        command = [PROGRAM, "verify", file, "--node", "thermal", "--with", shlex.join([sys.executable, str(EXAMPLE)])]
+        verified = subprocess.run([*command, "--tolerance", "1e-9", "--json"], capture_output=True, text=True)
+        self.assertEqual(verified.returncode, 0, verified.stdout + verified.stderr)
+        self.assertGreater(json.loads(verified.stdout)["steps"], 100)
+        self.assertEqual(self.processes(), [])
+
     def test_a_node_of_its_own_rate_goes_on_with_the_same_bits_after_its_death_and_from_a_recording(self) -> None:
         def options(name: str, *more: str) -> list[str]:
             changes = ['duration="2.5 ms"', "recovery.checkpoint=10", "coupling.every.thermal=3"]

@@ -41,6 +41,9 @@ pub(super) enum Command {
         /// Name of the run, which the nodes must be told; by default the scene's name and the time
         #[arg(long, value_parser = name)]
         run: Option<String>,
+        /// Let a node of a recording answer as it did instead of waiting for it; may be given several times
+        #[arg(long, value_name = "NODE=FILE", value_parser = key_value)]
+        replayed: Vec<(String, String)>,
         #[command(flatten)]
         output: OutputArguments,
         /// Zenoh configuration file (docs/several-hosts.md)
@@ -118,6 +121,9 @@ pub(super) enum Command {
         /// Connect to a viewer that runs already, such as rerun+http://127.0.0.1:9876/proxy
         #[arg(long)]
         connect: Option<String>,
+        /// Serve the viewer to browsers of this host until Ctrl-C, and print the page's address
+        #[arg(long, conflicts_with_all = ["save", "connect"])]
+        web: bool,
         /// Draw the contacts too
         #[arg(long)]
         contacts: bool,

@@ -7,6 +7,7 @@ mod tradeoff;
 mod words;
 
 use std::{
+    collections::BTreeMap,
     path::{Path, PathBuf},
     process::ExitCode,
     sync::{
@@ -57,13 +58,18 @@ pub fn main(arguments: Arguments) -> ExitCode {
         Command::Node(arguments) => run_node(arguments),
         Command::Conformance(arguments) => author::conformance(arguments),
         Command::NewNode { name, stagger } => author::new_node(&name, stagger),
-        Command::Coordinator { scene, meeting, run, output, config } => {
+        Command::Coordinator { scene, meeting, run, replayed, output, config } => {
             let role = match meeting.connect {
                 Some(connect) => Role::Node { connect },
                 None => Role::Hub { listen: meeting.listen },
             };
-            let options = Options { by_hand: Some(role), name: run, config, ..Options::default() };
-            coordinate(&scene, &output, None, options)
+            match recorded(replayed, &BTreeMap::new()) {
+                Ok(replays) => {
+                    let options = Options { by_hand: Some(role), name: run, config, replays, ..Options::default() };
+                    coordinate(&scene, &output, None, options)
+                }
+                Err(end) => end,
+            }
         }
         Command::Router { listen, config, child } => {
             let options = router::Options { listen, config, child };
@@ -77,13 +83,16 @@ pub fn main(arguments: Arguments) -> ExitCode {
         Command::Report { file, out } => out::report(&file, out),
         Command::Export(arguments) => out::export(&arguments),
         Command::Tradeoff(arguments) => tradeoff::tradeoff(arguments),
-        Command::View { what, save, connect, contacts, velocities } => {
+        Command::View { what, save, connect, web, contacts, velocities } => {
             let mut arguments = Vec::new();
             if let Some(save) = save {
                 arguments.extend(["--save".into(), save.display().to_string()]);
             }
             if let Some(connect) = connect {
                 arguments.extend(["--connect".into(), connect]);
+            }
+            if web {
+                arguments.push(view::WEB.into());
             }
             if contacts {
                 arguments.push("--contacts".into());
@@ -144,7 +153,7 @@ fn set_threads(threads: Option<u16>) {
 }
 
 fn run_scene(arguments: RunArguments) -> End {
-    let mut commands = std::collections::BTreeMap::new();
+    let mut commands = BTreeMap::new();
     for (node, command) in arguments.nodes {
         if let Err(error) = keys::check_name(&node) {
             return End::Code(USAGE, format!("--node {node}: {error}"));
@@ -154,12 +163,10 @@ fn run_scene(arguments: RunArguments) -> End {
             Err(error) => return End::Code(USAGE, format!("--node {node}={command}: {error}")),
         };
     }
-    let mut recorded = std::collections::BTreeMap::new();
-    for (node, file) in arguments.replayed {
-        if commands.contains_key(&node) || recorded.insert(node.clone(), PathBuf::from(file)).is_some() {
-            return End::Code(USAGE, format!("--replayed {node}: what runs `{node}` is said twice"));
-        }
-    }
+    let replays = match recorded(arguments.replayed, &commands) {
+        Ok(replays) => replays,
+        Err(end) => return end,
+    };
     let view = match (arguments.view, view::bridge()) {
         (false, _) => None,
         (true, Some(bridge)) => Some(bridge),
@@ -172,11 +179,22 @@ fn run_scene(arguments: RunArguments) -> End {
         in_process: arguments.in_process,
         threads: arguments.threads.map(usize::from),
         commands,
-        replays: Replays { files: recorded, ..Replays::default() },
+        replays,
         view,
         ..Options::default()
     };
     coordinate(&arguments.scene, &arguments.output, arguments.resume.as_deref(), options)
+}
+
+/// The recordings that `--replayed` names, where nothing else runs their nodes.
+fn recorded(replayed: Vec<(String, String)>, commands: &BTreeMap<String, Vec<String>>) -> Result<Replays, End> {
+    let mut files = BTreeMap::new();
+    for (node, file) in replayed {
+        if commands.contains_key(&node) || files.insert(node.clone(), PathBuf::from(file)).is_some() {
+            return Err(End::Code(USAGE, format!("--replayed {node}: what runs `{node}` is said twice")));
+        }
+    }
+    Ok(Replays { files, ..Replays::default() })
 }
 
 fn coordinate(arguments: &SceneArguments, output: &OutputArguments, resume: Option<&str>, options: Options) -> End {

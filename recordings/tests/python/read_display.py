@@ -66,7 +66,9 @@ def main(path: str) -> int:
         print(f"{path}: {len(clouds)} clouds, {len(lines)} log lines, {len(scalars)} scalars", file=sys.stderr)
         return 1
     assert all(before[0] < after[0] for before, after in zip(clouds, clouds[1:])), "time stands still"
-    (first_ns, first), (last_ns, last) = clouds[0], clouds[-1]
+    # Particles may be poured in later.
+    filled = [(time_ns, cloud) for time_ns, cloud in clouds if cloud.data]
+    (first_ns, first), (last_ns, last) = filled[0], filled[-1]
     moved = max(
         sum((b - a) ** 2 for a, b in zip(p, q)) ** 0.5 for p, q in zip(places(first), places(last))
     )

@@ -48,6 +48,7 @@ pub fn info() -> RunInfo {
         program: "synthetic recording".into(),
         started_unix_ns: 1_700_000_000_000_000_000,
         machine: [("threads".to_owned(), "1".to_owned())].into(),
+        ..RunInfo::default()
     }
 }
 

@@ -6,12 +6,13 @@ use crate::frame::Marks;
 
 /// How to call the program.
 pub const USAGE: &str = "\
-usage: stagger-view FILE|- [--save OUT.rrd | --connect URL] [--contacts] [--velocities]
+usage: stagger-view FILE|- [--save OUT.rrd | --connect URL | --web] [--contacts] [--velocities]
        stagger-view FILE --arrow FOLDER [--every N]
 
   FILE         a recording (.mcap); `-` reads the stream of a run under way from standard input
   --save       writes a Rerun recording instead of starting a viewer
   --connect    sends to a viewer that runs already, such as rerun+http://127.0.0.1:9876/proxy
+  --web        serves the viewer to browsers of this host, until Ctrl-C
   --contacts   draws contacts as lines between the centres, and the particles smaller
   --velocities draws velocities as arrows, the longest of the run six radii long
   --arrow      writes the fields as Arrow files, one for each support, and shows nothing
@@ -37,6 +38,8 @@ pub enum Target {
     Viewer,
     /// To a file.
     File(PathBuf),
+    /// To a viewer in a browser, which is served.
+    Web,
     /// To a viewer that runs already.
     Connect(String),
 }
@@ -69,6 +72,7 @@ pub fn parse(arguments: impl IntoIterator<Item = String>) -> Result<Arguments, S
             }
             "--save" => Target::File(value()?.into()),
             "--connect" => Target::Connect(value()?),
+            "--web" => Target::Web,
             option if option.len() > 1 && option.starts_with('-') => return Err(format!("unknown option `{option}`")),
             file => {
                 if input.replace(file.to_owned()).is_some() {
@@ -78,7 +82,7 @@ pub fn parse(arguments: impl IntoIterator<Item = String>) -> Result<Arguments, S
             }
         };
         if target.replace(chosen).is_some() {
-            return Err("give one of --save and --connect, once".into());
+            return Err("give one of --save, --connect and --web, once".into());
         }
     }
     let input = input.ok_or("a recording is missing")?;
@@ -87,7 +91,7 @@ pub fn parse(arguments: impl IntoIterator<Item = String>) -> Result<Arguments, S
     match &arrow {
         Some(_) if input.is_none() => return Err("--arrow reads a recording twice: it needs a file".into()),
         Some(_) if target.is_some() => {
-            return Err("--arrow shows nothing: it does not go with --save or --connect".into());
+            return Err("--arrow shows nothing: it does not go with --save, --connect or --web".into());
         }
         None if every.is_some() => return Err("--every belongs to --arrow".into()),
         _ => {}
@@ -115,6 +119,8 @@ mod tests {
         let expected =
             Arguments { input: Some("run.mcap".into()), target: Target::Viewer, marks: Marks::default(), arrow: None };
         assert_eq!(parsed("run.mcap"), Ok(expected.clone()));
+        let web = Arguments { target: Target::Web, ..expected.clone() };
+        assert_eq!(parsed("run.mcap --web"), Ok(web));
         let expected = Arguments { arrow: Some(("out".into(), 5)), ..expected };
         assert_eq!(parsed("run.mcap --arrow out --every 5"), Ok(expected));
     }
@@ -126,7 +132,9 @@ mod tests {
             ("a.mcap b.mcap", "`b.mcap` is a second one"),
             ("a.mcap --save", "`--save` needs a value"),
             ("a.mcap --frames 3", "unknown option `--frames`"),
-            ("a.mcap --save x --connect y", "one of --save and --connect"),
+            ("a.mcap --save x --connect y", "one of --save, --connect and --web"),
+            ("a.mcap --web --web", "one of --save, --connect and --web"),
+            ("a.mcap --web --arrow y", "shows nothing"),
             ("a.mcap --save x --arrow y", "shows nothing"),
             ("a.mcap --arrow x --every 0", "a number of steps, not `0`"),
             ("a.mcap --every 2", "belongs to --arrow"),

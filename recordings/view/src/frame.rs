@@ -56,6 +56,8 @@ pub struct Overview {
     pub view: [[f64; 3]; 2],
     /// The same for the stress in the ground, where it is computed.
     pub ground: Option<[[f64; 3]; 2]>,
+    /// Simulated times between which what the run is about goes on, where that is over at its end, in s.
+    pub repeated_s: Option<[f64; 2]>,
     /// Simulated time at the end, in s; `None` while the run goes on.
     pub duration_s: Option<f64>,
 }
@@ -90,8 +92,8 @@ pub struct Frame {
     pub forces: (Vec<[[f32; 3]; 2]>, Vec<f32>),
     /// Velocities as arrows from the centres.
     pub velocities: Vec<[f32; 3]>,
-    /// The beam, where it is on.
-    pub beam: Option<Beam>,
+    /// The beam of each laser, where it is on.
+    pub beams: Vec<Option<Beam>>,
 }
 
 /// The beam's spot.
@@ -122,9 +124,9 @@ pub fn bounds_m(fields: &Fields) -> Option<[[f64; 3]; 2]> {
     let mut bounds = [[-radius; 3], [radius; 3]];
     for axis in 0..3 {
         let mut lengths: Vec<f64> = centres.iter().map(|centre| centre[axis]).collect();
-        lengths.sort_by(f64::total_cmp);
-        bounds[0][axis] += lengths[strays];
-        bounds[1][axis] += lengths[last - strays];
+        // Of many thousand centres, sorting all would take most of the time of a picture.
+        bounds[0][axis] += *lengths.select_nth_unstable_by(strays, f64::total_cmp).1;
+        bounds[1][axis] += *lengths.select_nth_unstable_by(last - strays, f64::total_cmp).1;
     }
     Some(bounds)
 }
@@ -162,7 +164,18 @@ impl Overview {
             corners
         });
         let duration_s = start_m.map(|_| step.t_s);
-        Some(Self { layers, unit, view, ground, duration_s })
+        Some(Self { layers, unit, view, ground, repeated_s: None, duration_s })
+    }
+
+    /// The same, shown from its start on and then again and again between two times, in s: the camera sees the particles
+    /// at the start, at `start_m`, as well.
+    pub fn repeating(mut self, range_s: [f64; 2], start_m: Option<[[f64; 3]; 2]>) -> Self {
+        self.repeated_s = Some(range_s);
+        for (axis, low, high) in start_m.into_iter().flat_map(|[low, high]| (0..3).map(move |i| (i, low[i], high[i]))) {
+            self.view[0][axis] = self.view[0][axis].min(low * self.unit.per_metre);
+            self.view[1][axis] = self.view[1][axis].max(high * self.unit.per_metre);
+        }
+        self
     }
 
     /// The picture of a state.
@@ -187,7 +200,8 @@ impl Overview {
                 }
             }
         }
-        let rays = RAYS.into_iter().flat_map(|name| self.rays(fields, name)).collect();
+        let paths = RAYS.into_iter().flat_map(|name| writers(fields, name).map(move |node| format!("{node}{name}")));
+        let rays = paths.flat_map(|name| self.rays(fields, &name)).collect();
         Frame {
             centres,
             radii,
@@ -198,7 +212,7 @@ impl Overview {
             contacts,
             forces,
             velocities,
-            beam: self.beam(fields),
+            beams: writers(fields, "beam_power").map(|laser| self.beam(fields, laser)).collect(),
         }
     }
 
@@ -236,10 +250,11 @@ impl Overview {
         paths
     }
 
-    fn beam(&self, fields: &Fields) -> Option<Beam> {
-        let power_w = *f64s(fields, "beam_power")?.first()?;
-        let (spot, _) = f64s(fields, "beam_spot")?.as_chunks::<3>();
-        let radius_m = *f64s(fields, "beam_radius")?.first()?;
+    fn beam(&self, fields: &Fields, laser: &str) -> Option<Beam> {
+        let values = |name: &str| f64s(fields, &format!("{laser}{name}"));
+        let power_w = *values("beam_power")?.first()?;
+        let (spot, _) = values("beam_spot")?.as_chunks::<3>();
+        let radius_m = *values("beam_radius")?.first()?;
         let scaled = |length: f64| (length * self.unit.per_metre) as f32;
         let spot = spot.first()?.map(scaled);
         let radius = scaled(radius_m);
@@ -249,6 +264,12 @@ impl Overview {
         let beam = Beam { spot, radius, surface, top: surface + radius, label: watts(power_w) };
         (power_w > 0.0).then_some(beam)
     }
+}
+
+/// What stands before the name of a field of each node that writes it: nothing for the first one, `node/` for others (see
+/// [`stagger_recordings::Steps`]).
+fn writers<'a>(fields: &'a Fields, name: &'a str) -> impl Iterator<Item = &'a str> {
+    fields.keys().filter_map(move |key| key.strip_suffix(name)).filter(|node| node.is_empty() || node.ends_with('/'))
 }
 
 fn mean_radius_m(fields: &Fields) -> f64 {
@@ -337,7 +358,8 @@ mod tests {
         let range = overview.layers.iter().next().unwrap().range;
         assert_eq!(frame.colours, [[300.0, 400.0].map(|kelvin| range.colour(kelvin, Scale::Linear))]);
         let spot = [100.0, 0.0, 0.0];
-        assert_eq!(frame.beam, Some(Beam { spot, radius: 60.0, surface: 120.0, top: 180.0, label: "40.0 W".into() }));
+        let beam = Beam { spot, radius: 60.0, surface: 120.0, top: 180.0, label: "40.0 W".into() };
+        assert_eq!(frame.beams, [Some(beam)]);
         // The second pair names a particle that is not there, and is left out.
         assert_eq!(frame.contacts, vec![[[0.0, 0.0, 100.0], [200.0, 0.0, 100.0]]]);
         // Up to where the beam is drawn.
@@ -395,7 +417,18 @@ mod tests {
         let mut fields = step().fields;
         fields.extend([field("beam_power", "W", "beam", 1, vec![0.0])]);
         let overview = Overview::new(&step(), layers(), None).unwrap();
-        assert_eq!(overview.frame(&fields, Marks::default()).beam, None);
+        assert_eq!(overview.frame(&fields, Marks::default()).beams, [None]);
+        // A second laser, which is on.
+        for (name, unit, components, value) in [
+            ("beam_spot", "m", 3, vec![0.0; 3]),
+            ("beam_radius", "m", 1, vec![6e-5]),
+            ("beam_power", "W", 1, vec![5.0]),
+        ] {
+            fields.insert(format!("second/{name}"), field(name, unit, "beam", components, value).1);
+        }
+        let beams = overview.frame(&fields, Marks::default()).beams;
+        let labels: Vec<_> = beams.iter().map(|beam| beam.as_ref().map(|beam| beam.label.as_str())).collect();
+        assert_eq!(labels, [None, Some("5.000 W")]);
     }
 
     #[test]

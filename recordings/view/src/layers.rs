@@ -19,7 +19,7 @@ pub struct Quantity {
     pub curves: &'static str,
     /// What it colours.
     pub on: On,
-    /// How its values are laid over the colours.
+    /// How its values are laid over the colours, unless the run calls for another way.
     pub scale: Scale,
 }
 
@@ -73,6 +73,9 @@ const FORCE: Quantity = Quantity {
     scale: Scale::Linear,
 };
 
+/// Share of the largest speed of a run below which the mean speed is near none.
+const AT_REST: f64 = 0.05;
+
 /// A quantity with its range.
 #[derive(Clone, Copy, Debug)]
 pub struct Layer {
@@ -80,6 +83,8 @@ pub struct Layer {
     pub quantity: &'static Quantity,
     /// Its range.
     pub range: Range,
+    /// How its values are laid over the colours.
+    pub scale: Scale,
 }
 
 /// The layers of a run, as far as its states have shown them; the particles' own comes first.
@@ -111,6 +116,18 @@ impl Layers {
         grown
     }
 
+    /// Lays speeds over the colours by their logarithm where a run ends almost at rest: that who still moves, and who
+    /// rests, is seen as well as who fell.
+    pub fn end(&mut self, last: &Fields) {
+        let speeds = speeds(last).unwrap_or_default();
+        let mean = speeds.iter().sum::<f64>() / speeds.len().max(1) as f64;
+        for layer in self.list.iter_mut().filter(|layer| layer.quantity == &SPEED) {
+            if mean < AT_REST * layer.range.max {
+                layer.scale = Scale::Decades;
+            }
+        }
+    }
+
     fn meet(&mut self, fields: &Fields) {
         let fastest = speeds(fields).unwrap_or_default().into_iter().fold(0.0, f64::max);
         self.fastest_m_s = self.fastest_m_s.max(fastest);
@@ -118,7 +135,7 @@ impl Layers {
 
     fn of(&mut self, quantity: &'static Quantity) -> &mut Layer {
         let place = self.list.iter().position(|layer| layer.quantity == quantity).unwrap_or_else(|| {
-            self.list.push(Layer { quantity, range: Range::EMPTY });
+            self.list.push(Layer { quantity, range: Range::EMPTY, scale: quantity.scale });
             self.list.len() - 1
         });
         &mut self.list[place]
@@ -134,7 +151,7 @@ impl Layers {
         let values = values(fields);
         let of = |layer: &Layer| {
             let found = values.iter().find(|(quantity, _)| *quantity == layer.quantity);
-            let colour = |value: &f64| layer.range.colour(*value, layer.quantity.scale);
+            let colour = |value: &f64| layer.range.colour(*value, layer.scale);
             found.map(|(_, values)| values.iter().map(colour).collect()).unwrap_or_default()
         };
         self.iter().map(of).collect()
@@ -162,6 +179,12 @@ pub fn values(fields: &Fields) -> Vec<(&'static Quantity, Vec<f64>)> {
 fn speeds(fields: &Fields) -> Option<Vec<f64>> {
     let (velocities, _) = f64s(fields, "velocities")?.as_chunks::<3>();
     Some(velocities.iter().map(|[x, y, z]| x.hypot(*y).hypot(*z)).collect())
+}
+
+/// The largest current density among the particles, in A/m², where one is computed.
+pub fn largest_current(fields: &Fields) -> Option<f64> {
+    let of_current = |(quantity, values): (&Quantity, Vec<f64>)| (quantity == &CURRENT).then_some(values);
+    Some(values(fields).into_iter().find_map(of_current)?.into_iter().fold(0.0, f64::max))
 }
 
 /// Values of a field of numbers.
@@ -203,6 +226,22 @@ mod tests {
         assert_eq!(colours.iter().map(Vec::len).collect::<Vec<_>>(), [2, 2, 3]);
         fields.remove("current_density");
         assert!(layers.colours(&fields)[1].is_empty(), "a state without a quantity");
+    }
+
+    #[test]
+    fn of_a_run_that_ends_at_rest_slow_speeds_are_told_apart() {
+        let speed = |value: f64| Fields::from([field("velocities", "particles", 3, vec![0.0, 0.0, value])]);
+        for (last, expected) in [(0.049, Scale::Decades), (0.051, Scale::Linear)] {
+            let mut layers = Layers::default();
+            layers.include(&speed(1.0));
+            layers.end(&speed(last));
+            assert_eq!(layers.list[0].scale, expected, "{last}");
+        }
+        let warm = Fields::from([field("temperature", "particles", 1, vec![300.0])]);
+        let mut layers = Layers::default();
+        layers.include(&warm);
+        layers.end(&warm);
+        assert_eq!(layers.list[0].scale, Scale::Linear);
     }
 
     #[test]

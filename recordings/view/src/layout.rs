@@ -1,8 +1,8 @@
 //! What stands where in the window, as plain data; [`crate::show`] hands it to the viewer.
 
 use crate::{
-    colour::{Range, Scale},
-    layers::{Layer, Layers, Quantity},
+    colour::Scale,
+    layers::{Layer, Layers},
 };
 
 /// A part of the window.
@@ -42,7 +42,7 @@ pub fn window(layers: &Layers) -> Part {
         Text("Scene", "scene"),
     ]);
     // Below each other: the camera fits a picture into its height.
-    let share = if layers.iter().count() > 1 { 4.0 } else { 7.0 };
+    let share = if layers.iter().count() > 1 { 3.0 } else { 7.0 };
     let picture = |layer: &Layer| [(share, Scene(*layer)), (1.0, Legend(*layer))];
     let pictures = Above(layers.iter().flat_map(picture).collect());
     Beside(vec![(3.0, pictures), (2.0, Above(vec![(1.0, physics), (1.0, coupling)]))])
@@ -107,12 +107,13 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 /// Values at which the legend is labelled, with their texts.
-pub fn ticks(range: Range, quantity: &Quantity) -> Vec<(f32, String)> {
+pub fn ticks(layer: &Layer) -> Vec<(f32, String)> {
     const TICKS: u32 = 4;
+    let Layer { range, scale, quantity } = *layer;
     if range.is_empty() {
         return Vec::new();
     }
-    let (scale, unit) = (quantity.scale, quantity.unit);
+    let unit = quantity.unit;
     let width = range.max - range.min;
     let largest = range.max.abs().max(range.min.abs());
     // As many decimals as tell neighbouring ticks apart.
@@ -122,7 +123,7 @@ pub fn ticks(range: Range, quantity: &Quantity) -> Vec<(f32, String)> {
     let tick = |i: u32| {
         let fraction = f64::from(i) / f64::from(TICKS);
         let value = range.value(fraction, scale);
-        let text = if scale == Scale::Decades || largest >= 1e6 || (largest > 0.0 && largest < 1e-4) {
+        let text = if scale == Scale::Decades || largest >= 2e4 || (largest > 0.0 && largest < 1e-4) {
             format!("{value:.1e} {unit}")
         } else {
             format!("{value:.decimals$} {unit}")
@@ -135,7 +136,14 @@ pub fn ticks(range: Range, quantity: &Quantity) -> Vec<(f32, String)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::layers::On;
+    use crate::{
+        colour::Range,
+        layers::{On, Quantity},
+    };
+
+    fn layer(min: f64, max: f64, scale: Scale) -> Layer {
+        Layer { quantity: &KELVIN, range: Range { min, max }, scale }
+    }
 
     const KELVIN: Quantity = Quantity {
         name: "temperature",
@@ -149,15 +157,15 @@ mod tests {
 
     #[test]
     fn ticks_are_told_apart_by_as_few_digits_as_needed() {
-        let texts = |min, max| ticks(Range { min, max }, &KELVIN).into_iter().map(|(_, text)| text).collect::<Vec<_>>();
+        let texts =
+            |min, max| ticks(&layer(min, max, Scale::Linear)).into_iter().map(|(_, text)| text).collect::<Vec<_>>();
         assert_eq!(texts(300.0, 1500.0), ["300 K", "600 K", "900 K", "1200 K", "1500 K"]);
         assert_eq!(texts(300.0, 300.4), ["300.00 K", "300.10 K", "300.20 K", "300.30 K", "300.40 K"]);
         assert_eq!(texts(300.0, 300.0)[0], "300.00 K");
         assert_eq!(texts(0.0, 4e6)[1], "1.0e6 K");
-        assert!(ticks(Range::EMPTY, &KELVIN).is_empty());
-        let pascal = Quantity { unit: "Pa", scale: Scale::Decades, ..KELVIN };
-        let decades: Vec<_> = ticks(Range { min: 0.0, max: 1e6 }, &pascal).into_iter().map(|(_, text)| text).collect();
-        assert_eq!(decades, ["1.0e2 Pa", "1.0e3 Pa", "1.0e4 Pa", "1.0e5 Pa", "1.0e6 Pa"]);
+        assert!(ticks(&Layer { range: Range::EMPTY, ..layer(0.0, 0.0, Scale::Linear) }).is_empty());
+        let decades: Vec<_> = ticks(&layer(0.0, 1e6, Scale::Decades)).into_iter().map(|(_, text)| text).collect();
+        assert_eq!(decades, ["1.0e2 K", "1.0e3 K", "1.0e4 K", "1.0e5 K", "1.0e6 K"]);
     }
 
     #[test]

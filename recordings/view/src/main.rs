@@ -8,6 +8,7 @@ mod layers;
 mod layout;
 mod plots;
 mod show;
+mod web;
 
 use std::{
     error::Error,
@@ -18,7 +19,7 @@ use std::{
 
 use arguments::Arguments;
 use frame::{Marks, Overview, bounds_m};
-use layers::Layers;
+use layers::{Layers, f64s, largest_current};
 use plots::Plots;
 use show::{Moment, Show};
 use stagger_messages::Verdict;
@@ -84,10 +85,12 @@ fn arrow(recording: &Path, folder: &Path, every: u64) -> Result<ExitCode, Box<dy
 fn survey(path: &Path) -> Result<(Recording, Option<Overview>), Box<dyn Error>> {
     let recording = Recording::open(path)?;
     let (mut steps, mut layers, mut start, mut last) = (Steps::default(), Layers::default(), None, None::<Step>);
+    let mut currents = Vec::new();
     let mut see = |step: Step| {
         layers.include(&step.fields);
-        if let Some(bounds) = bounds_m(&step.fields) {
-            start.get_or_insert(bounds);
+        currents.extend(largest_current(&step.fields).map(|current| (step.t_s, current)));
+        if f64s(&step.fields, "positions").is_some_and(|positions| !positions.is_empty()) {
+            start = start.or_else(|| bounds_m(&step.fields));
             last = Some(step);
         }
     };
@@ -98,8 +101,24 @@ fn survey(path: &Path) -> Result<(Recording, Option<Overview>), Box<dyn Error>> 
         }
     }
     steps.end().into_iter().for_each(see);
-    let overview = last.and_then(|step| Overview::new(&step, layers, start));
+    let overview = last.and_then(|step| {
+        layers.end(&step.fields);
+        let overview = Overview::new(&step, layers, start)?;
+        Some(match over_at_the_end(&currents) {
+            Some(range_s) => overview.repeating(range_s, start),
+            None => overview,
+        })
+    });
     Ok((recording, overview))
+}
+
+/// First and last time, in s, at which one of some values over time is not small beside the largest, where the last is.
+fn over_at_the_end(values: &[(f64, f64)]) -> Option<[f64; 2]> {
+    const SMALL: f64 = 1e-3;
+    let least = SMALL * values.iter().map(|(_, value)| *value).fold(0.0, f64::max);
+    let large = |(t_s, value): &(f64, f64)| (*value > least).then_some(*t_s);
+    let (first, last) = (values.iter().find_map(large)?, values.iter().rev().find_map(large)?);
+    (values.last()?.1 <= least).then_some([first, last])
 }
 
 /// Follows a run and shows it.
@@ -194,4 +213,18 @@ fn description(info: &RunInfo) -> String {
         text += &format!("\n- {key}: {value}");
     }
     text + &format!("\n\n```toml\n{}\n```\n", info.scene_text.trim_end())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::over_at_the_end;
+
+    #[test]
+    fn what_is_over_before_the_end_is_found() {
+        let course = [(0.0, 0.0), (1.0, 2.0), (2.0, 0.0), (3.0, 5.0), (4.0, 1e-3)];
+        assert_eq!(over_at_the_end(&course), Some([1.0, 3.0]));
+        assert_eq!(over_at_the_end(&course[..4]), None, "it goes on");
+        assert_eq!(over_at_the_end(&[(0.0, 0.0), (1.0, 0.0)]), None, "it never was");
+        assert_eq!(over_at_the_end(&[]), None);
+    }
 }

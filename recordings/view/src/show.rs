@@ -9,8 +9,8 @@ use rerun::{
     Arrows3D, AsComponents, Clear, Color, Image, LineStrips3D, Mesh3D, Points2D, Points3D, RecordingStream,
     RecordingStreamBuilder, RecordingStreamError, Scalars, SeriesLines, SpawnError, SpawnOptions, TextDocument,
     ViewCoordinates,
-    blueprint::components::{BackgroundKind, ContainerKind, Corner2D, Eye3DKind, PanelState, PlayState},
-    datatypes::{Range2D, Uuid},
+    blueprint::components::{BackgroundKind, ContainerKind, Corner2D, Eye3DKind, LoopMode, PanelState, PlayState},
+    datatypes::{AbsoluteTimeRange, Range2D, TimeInt, Uuid},
     external::{
         re_log_types::{BlueprintActivationCommand, LogMsg},
         re_sdk_types::blueprint::archetypes::{
@@ -27,7 +27,9 @@ use crate::{
     layers::{Layer, Layers, On},
     layout::{self, Part},
     plots::Point,
+    web::Server,
 };
+use stagger_messages::codec;
 
 /// Name under which the viewer keeps the window's layout.
 const APPLICATION: &str = "stagger";
@@ -35,8 +37,8 @@ const APPLICATION: &str = "stagger";
 const BAR: [u32; 2] = [400, 36];
 /// Colour of the beam.
 const BEAM: [u8; 3] = [0x00, 0x8c, 0xff];
-/// Colour of labels, which stand on grey.
-const WHITE: [u8; 3] = [0xff; 3];
+/// Colour of labels: they stand on grey, a light one where the reader's system is light.
+const INK: [u8; 3] = [0x10, 0x12, 0x16];
 /// Colours of curves: the palette of M. Okabe and K. Ito (2008), told apart by the colour-blind too, without its black.
 const CURVES: [[u8; 3]; 7] = [
     [0x56, 0xb4, 0xe9],
@@ -64,6 +66,9 @@ pub enum ShowError {
     /// Anything else the viewer's library reports.
     #[error("the viewer cannot be fed: {0}")]
     Stream(#[from] RecordingStreamError),
+    /// The server for browsers cannot be started or waited for.
+    #[error("the viewer cannot be served: {0}")]
+    Server(std::io::Error),
     /// The viewer does not take what is sent.
     #[error("the viewer does not answer: {0}; is one running at that address?")]
     NoAnswer(String),
@@ -91,18 +96,22 @@ pub struct Show {
     /// The curves whose style was sent.
     known: BTreeSet<String>,
     drawn: Frame,
+    /// The server, where a browser shows it.
+    server: Option<Server>,
 }
 
 impl Show {
     /// Opens the window or the file.
     pub fn open(target: &Target, title: &str) -> Result<Self, ShowError> {
         let builder = RecordingStreamBuilder::new(APPLICATION).recording_name(title);
+        let server = if *target == Target::Web { Some(Server::start()?) } else { None };
         let stream = match target {
             Target::File(path) => builder.save(path),
             Target::Connect(url) => builder.connect_grpc_opts(url.as_str()),
-            Target::Viewer => {
-                builder.spawn_opts(&SpawnOptions { hide_welcome_screen: true, ..SpawnOptions::default() })
-            }
+            Target::Viewer | Target::Web => match &server {
+                Some(server) => builder.connect_grpc_opts(server.sink()),
+                None => builder.spawn_opts(&SpawnOptions { hide_welcome_screen: true, ..SpawnOptions::default() }),
+            },
         };
         let stream = stream.map_err(|error| match error {
             RecordingStreamError::SpawnViewer(SpawnError::ExecutableNotFoundInPath { .. }) => ShowError::NoViewer,
@@ -113,7 +122,10 @@ impl Show {
         stream.log_static("world", &ViewCoordinates::RIGHT_HAND_Z_UP())?;
         // The library would try to connect for ever; nobody should wait for a viewer that is not there.
         stream.flush_with_timeout(ANSWER).map_err(|error| ShowError::NoAnswer(error.to_string()))?;
-        Ok(Self { stream, curves: BTreeMap::new(), known: BTreeSet::new(), drawn: Frame::default() })
+        if let Some(server) = &server {
+            println!("open {} in a browser; Ctrl-C ends it", server.page());
+        }
+        Ok(Self { stream, curves: BTreeMap::new(), known: BTreeSet::new(), drawn: Frame::default(), server })
     }
 
     /// Shows a text in Markdown.
@@ -124,14 +136,14 @@ impl Show {
     /// Shows each layer's colour bar with its values.
     pub fn legends(&self, layers: &Layers) -> Result<(), ShowError> {
         let [width, height] = BAR;
-        for Layer { quantity, range } in layers.iter() {
-            let path = format!("legend/{}", quantity.path);
+        for layer in layers.iter() {
+            let path = format!("legend/{}", layer.quantity.path);
             self.stream.log_static(format!("{path}/bar"), &Image::from_rgb24(bar(width, height), BAR))?;
-            let ticks = layout::ticks(*range, quantity);
+            let ticks = layout::ticks(layer);
             let places = ticks.iter().map(|(fraction, _)| [fraction * width as f32, height as f32 + 14.0]);
             let texts = ticks.iter().map(|(_, text)| text.as_str());
             let labels = Points2D::new(places).with_labels(texts).with_radii([0.01]).with_show_labels(true);
-            self.stream.log_static(format!("{path}/values"), &labels.with_colors([WHITE]))?;
+            self.stream.log_static(format!("{path}/values"), &labels.with_colors([INK]))?;
         }
         Ok(())
     }
@@ -198,17 +210,20 @@ impl Show {
             let lines = lines.with_radii([width]).with_colors([Color::from_rgb(red, green, blue)]);
             self.stream.log("world/rays", &lines)?;
         }
-        if frame.beam != self.drawn.beam {
-            match &frame.beam {
-                Some(beam) => self.beam(beam)?,
-                None => self.stream.log("world/beam", &Clear::recursive())?,
+        for laser in 0..frame.beams.len().max(self.drawn.beams.len()) {
+            let [beam, before] = [&frame, &self.drawn].map(|frame| frame.beams.get(laser).and_then(Option::as_ref));
+            let path = format!("world/beam/{}", laser + 1);
+            match beam {
+                _ if beam == before => {}
+                Some(beam) => self.beam(&path, beam)?,
+                None => self.stream.log(path, &Clear::recursive())?,
             }
         }
         self.drawn = frame;
         Ok(())
     }
 
-    fn beam(&self, beam: &Beam) -> Result<(), ShowError> {
+    fn beam(&self, path: &str, beam: &Beam) -> Result<(), ShowError> {
         let [x, y, z] = beam.spot;
         let at = |height: f32| [x, y, height];
         let corner = |corner: usize| {
@@ -223,16 +238,16 @@ impl Show {
         let lines = [ring(beam.surface).collect(), ring(z).collect(), vec![at(beam.top), at(beam.surface)]];
         let lines = LineStrips3D::new(lines).with_colors([colour]);
         self.stream
-            .log("world/beam/lines", &lines.with_radii([0.015, 0.01, 0.015].map(|width| width * beam.radius)))?;
+            .log(format!("{path}/lines"), &lines.with_radii([0.015, 0.01, 0.015].map(|width| width * beam.radius)))?;
         // The wall of a cylinder: two triangles between neighbouring corners.
         let n = BEAM_CORNERS as u32 + 1;
         let wall = (0..n - 1).flat_map(|i| [[i, i + 1, n + i], [i + 1, n + i + 1, n + i]]);
         let mesh = Mesh3D::new(ring(z).chain(ring(beam.top)))
             .with_triangle_indices(wall)
             .with_albedo_factor(*Color::from_unmultiplied_rgba(red, green, blue, 10));
-        self.stream.log("world/beam/wall", &mesh)?;
+        self.stream.log(format!("{path}/wall"), &mesh)?;
         let label = Points3D::new([at(beam.top)]).with_labels([beam.label.as_str()]).with_radii([0.0]);
-        Ok(self.stream.log("world/beam/power", &label.with_colors([WHITE]).with_show_labels(true))?)
+        Ok(self.stream.log(format!("{path}/power"), &label.with_colors([INK]).with_show_labels(true))?)
     }
 
     /// Adds a point to each of some curves.
@@ -275,6 +290,16 @@ impl Show {
             .with_timeline("simulated_time")
             .with_play_state(PlayState::Following)
             .with_playback_speed(overview.duration_s.map_or(1.0, layout::playback_speed));
+        // What is over at the end is shown again and again instead of the end.
+        let time = match overview.repeated_s {
+            Some(range) => {
+                let [min, max] = range.map(|t_s| TimeInt((t_s * 1e9) as i64));
+                time.with_play_state(PlayState::Playing)
+                    .with_loop_mode(LoopMode::Selection)
+                    .with_time_selection(AbsoluteTimeRange { min, max })
+            }
+            None => time,
+        };
         blueprint.log("time_panel", &time)?;
         let messages = messages.take();
         let store = messages.iter().find_map(|message| match message {
@@ -288,9 +313,10 @@ impl Show {
         Ok(())
     }
 
-    /// Waits until everything has been delivered.
+    /// Waits until everything has been delivered; where a browser shows it, until that is ended.
     pub fn finish(self) -> Result<(), ShowError> {
-        self.stream.flush_blocking().map_err(|error| ShowError::Flush(error.to_string()))
+        self.stream.flush_blocking().map_err(|error| ShowError::Flush(error.to_string()))?;
+        self.server.map_or(Ok(()), Server::wait)
     }
 }
 
@@ -373,7 +399,7 @@ impl Window<'_> {
     }
 
     fn container(&mut self, container: ContainerBlueprint, contents: Vec<String>) -> Result<(Uuid, String), ShowError> {
-        let (id, path) = self.next("container");
+        let (id, path) = self.next("container", "container");
         self.stream.log(path.as_str(), &container.with_contents(contents.iter().map(String::as_str)))?;
         Ok((id, path))
     }
@@ -385,7 +411,7 @@ impl Window<'_> {
         origin: &str,
         properties: &[(&str, &dyn AsComponents)],
     ) -> Result<(Uuid, String), ShowError> {
-        let (id, path) = self.next("view");
+        let (id, path) = self.next("view", &format!("{class} {name} {origin}"));
         let view = ViewBlueprint::new(class).with_display_name(name).with_space_origin(origin);
         self.stream.log(path.as_str(), &view)?;
         self.stream.log(format!("{path}/ViewContents"), &ViewContents::new(["$origin/**"]))?;
@@ -395,12 +421,17 @@ impl Window<'_> {
         Ok((id, path))
     }
 
-    /// Identifiers need only differ within the layout: counted, they are the same in every file.
-    fn next(&mut self, kind: &str) -> (Uuid, String) {
+    /// Counted, and with a hash of what it is, identifiers are the same in every file; and where a viewer shows one
+    /// layout after the other, none stands for another kind of view than before, which it cannot cope with.
+    fn next(&mut self, kind: &str, what: &str) -> (Uuid, String) {
         self.parts += 1;
+        let hash = codec::hash(what.as_bytes()).to_be_bytes();
         let mut bytes = [0; 16];
+        bytes[..6].copy_from_slice(&hash[..6]);
         // The two marks of a random identifier (RFC 9562, section 5.4), which the viewer's parser expects.
         (bytes[6], bytes[8], bytes[15]) = (0x40, 0x80, self.parts);
-        (Uuid { bytes }, format!("{kind}/00000000-0000-4000-8000-0000000000{:02x}", self.parts))
+        let hex: String = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
+        let id = format!("{}-{}-{}-{}-{}", &hex[..8], &hex[8..12], &hex[12..16], &hex[16..20], &hex[20..]);
+        (Uuid { bytes }, format!("{kind}/{id}"))
     }
 }
