@@ -22,6 +22,8 @@ const WINDOWS: u32 = 10;
 const CALM: u32 = 20;
 /// Times that a window is cut in a row before it is given up.
 const CUTS: u32 = 100;
+/// Windows after which settling is not begun: it would take hours.
+const LARGEST_WINDOWS: f64 = 1e6;
 /// Falls from the top of the filling that settling may last where the scene says nothing.
 const LONGEST_FALLS: f64 = 50.0;
 /// Overlap with a wall at the start, over the radius, that is rounding.
@@ -78,6 +80,13 @@ impl Settle {
         let height = -region.lowest_along((-down).into()) - region.lowest_along(down.into());
         let fall_s = (2.0 * height.max(radius) / gravity).sqrt();
         let longest_s = self.longest_s.unwrap_or(LONGEST_FALLS * fall_s);
+        if longest_s > LARGEST_WINDOWS * window_s {
+            return Err(SolveError::Start(format!(
+                "particles: settling for {longest_s:e} s would take more than a million steps of {window_s:e} s, a tenth of the time \
+                 in which they fall half their radius: the start region is too high for particles of radius {radius:e} m; \
+                 make it lower, or set a shorter `longest`"
+            )));
+        }
         let kept = (-self.damping / f64::from(WINDOWS)).exp();
         // Σ m g R.
         let weights: f64 =
