@@ -16,6 +16,8 @@ pub struct Outcome {
 
 /// What to do where a node's own words say why a step cannot be solved.
 const NODE_HINT: &str = "Look at the settings and the inputs of that node, or lower coupling.dt.minimum";
+/// The same where a change overflows.
+const BROKEN_HINT: &str = "Look at the settings and the inputs of the node that writes it";
 /// The same where fields do not converge.
 const FIELD_HINT: &str = "Loosen the tolerance, raise coupling.iterations, or look at the inputs of that row";
 
@@ -228,7 +230,7 @@ impl StepControl {
                     _ => "it was rejected in the run that is followed".into(),
                 };
                 let factor = if broken { 0.5 } else { decision.factor };
-                self.reject(&mut decision, factor, FIELD_HINT)?;
+                self.reject(&mut decision, factor, if broken { BROKEN_HINT } else { FIELD_HINT })?;
             }
             Verdict::Iterate | Verdict::None => {
                 decision.verdict = Verdict::Iterate.into();

@@ -65,7 +65,9 @@ pub fn judge(base: &Base, sets: &Sets) -> Result<Outcome, String> {
 fn names_a_cause(cause: &str) -> bool {
     let nodes =
         ["particles", "thermal", "optics", "second", "current", "substrate", "acoustics", "wall `", "dispenser `"];
-    let named = nodes.iter().any(|node| cause.contains(node)) || cause.contains("` did not converge in");
+    let named = nodes.iter().any(|node| cause.contains(node))
+        || cause.contains("` did not converge in")
+        || cause.contains("the change of `");
     // A solver that gives up says why.
     let silent = cause.contains("did not converge.");
     let word = |name: &str| cause.contains(name);
@@ -87,7 +89,7 @@ fn conserved(ledger: &Ledger, scene: &Scene, volume_k_m3: f64) -> Result<Outcome
         };
         // Heat is known by temperatures, whatever part of it moves: half of the digits of a temperature at 1 K.
         let heat_j = if node == "thermal" { heat_j(scene, volume_k_m3) } else { 0.0 };
-        let bound = share * account.throughput() + HELD * (held(account) + heat_j);
+        let bound = share * account.throughput() + HELD * (held(account) + heat_j) + f64::MIN_POSITIVE;
         let imbalance = account.imbalance().abs();
         if imbalance > bound && node == "particles" {
             outcome = Outcome::Coarse;
