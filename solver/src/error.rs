@@ -20,6 +20,16 @@ pub enum SolveError {
         /// The value.
         value: f64,
     },
+    /// An energy that is not finite, where all fields are: the step may succeed when it is smaller.
+    #[error("{node}: the energy `{name}` is {joule} J: an input is not physical or its unit is another")]
+    Energy {
+        /// The node whose reply it is.
+        node: String,
+        /// The entry of its ledger.
+        name: String,
+        /// The value, in J.
+        joule: f64,
+    },
     /// Frozen fields do not fit together or do not fit the scene.
     #[error("{0}")]
     Mismatch(String),
@@ -53,6 +63,6 @@ impl SolveError {
     /// Whether the same window may succeed when it is shorter.
     #[must_use]
     pub fn retry(&self) -> bool {
-        matches!(self, Self::NotFinite { .. } | Self::Replayed { retry: true, .. })
+        matches!(self, Self::NotFinite { .. } | Self::Energy { .. } | Self::Replayed { retry: true, .. })
     }
 }

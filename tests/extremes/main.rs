@@ -11,3 +11,5 @@ mod laws;
 mod motion;
 mod outcome;
 mod properties;
+mod scene;
+mod stability;

@@ -77,7 +77,8 @@ impl<P: Physics> Local<P> {
         Self { name: name.into(), physics, sources: BTreeMap::new(), committed: None, trial: None }
     }
 
-    fn finite(&self, fields: &Fields) -> Result<(), SolveError> {
+    /// Neither a field nor an energy is handed on that is not finite.
+    fn finite(&self, Reply { fields, ledger, .. }: &Reply) -> Result<(), SolveError> {
         for field in fields.values() {
             if let Some(index) = field.first_not_finite() {
                 return Err(SolveError::NotFinite {
@@ -88,7 +89,12 @@ impl<P: Physics> Local<P> {
                 });
             }
         }
-        Ok(())
+        match ledger.iter().find(|entry| !entry.joule.is_finite()) {
+            None => Ok(()),
+            Some(entry) => {
+                Err(SolveError::Energy { node: self.name.clone(), name: entry.name.clone(), joule: entry.joule })
+            }
+        }
     }
 
     /// How far the measured fields moved since the iterate `previous`, or in a first one since the window's start.
@@ -145,7 +151,7 @@ impl<P: Physics> Participant for Local<P> {
 
     fn initial(&mut self) -> Result<(Fields, Ready), SolveError> {
         let (state, reply) = self.physics.initial()?;
-        self.finite(&reply.fields)?;
+        self.finite(&reply)?;
         self.committed = Some((state, reply.fields.clone()));
         self.trial = None;
         Ok((reply.fields, Ready { ledger: reply.ledger }))
@@ -177,12 +183,13 @@ impl<P: Physics> Participant for Local<P> {
             return Ok(answer);
         }
         let (state, reply) = self.physics.solve(state, frozen, window)?;
-        self.finite(&reply.fields)?;
+        self.finite(&reply)?;
         let changes = self.changes(&reply, previous.map(|trial| &trial.answer.fields), committed)?;
         let done = Done {
             changes,
             converged: reply.not_converged.is_none(),
-            step_factor: reply.not_converged.map_or(1.0, |NotConverged { step_factor }| step_factor),
+            step_factor: reply.not_converged.map_or(1.0, |NotConverged { step_factor, .. }| step_factor),
+            reason: reply.not_converged.map_or("", |NotConverged { reason, .. }| reason).into(),
             ledger: reply.ledger,
             figures: reply.figures,
             ..Done::default()

@@ -63,6 +63,8 @@ pub struct Reply {
 /// A physics' own solver did not reach its tolerance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NotConverged {
+    /// Why, in words that follow on a colon: what asks for a smaller step.
+    pub reason: &'static str,
     /// Factor on the step size that would have converged, as the solver estimates it; in (0, 1).
     pub step_factor: f64,
 }

@@ -14,13 +14,20 @@ pub struct Outcome {
     pub result: Result<Done, Failure>,
 }
 
+/// What to do where a node's own words say why a step cannot be solved.
+const NODE_HINT: &str = "Look at the settings and the inputs of that node, or lower coupling.dt.minimum";
+/// The same where a change overflows.
+const BROKEN_HINT: &str = "Look at the settings and the inputs of the node that writes it";
+/// The same where fields do not converge.
+const FIELD_HINT: &str = "Loosen the tolerance, raise coupling.iterations, or look at the inputs of that row";
+
 /// Why a run cannot go on.
 #[derive(Debug, Clone, thiserror::Error, PartialEq)]
 pub enum ControlError {
     /// The window would have to be smaller than the scene allows.
     #[error(
         "the step from t = {t_s:e} s does not converge above coupling.dt.minimum = {minimum_s:e} s: {what}. \
-         Loosen the tolerance, raise coupling.iterations, or look at the inputs of that row"
+         {hint}"
     )]
     TooSmall {
         /// Start of the window, in s.
@@ -29,6 +36,8 @@ pub enum ControlError {
         minimum_s: f64,
         /// The field and the row that would not converge, or the node's own words.
         what: String,
+        /// What to do.
+        hint: &'static str,
     },
     /// A node cannot go on whatever the step.
     #[error("node `{node}` failed: {message}")]
@@ -187,7 +196,7 @@ impl StepControl {
                 return Err(ControlError::NotRecorded { wanted: self.progress.version.next_attempt(), why: what });
             }
             decision.reason = what;
-            self.reject(&mut decision, factor)?;
+            self.reject(&mut decision, factor, NODE_HINT)?;
             return Ok(decision);
         }
         self.measure(outcomes, &mut decision);
@@ -221,10 +230,13 @@ impl StepControl {
                     _ => "it was rejected in the run that is followed".into(),
                 };
                 let factor = if broken { 0.5 } else { decision.factor };
-                self.reject(&mut decision, factor)?;
+                self.reject(&mut decision, factor, if broken { BROKEN_HINT } else { FIELD_HINT })?;
             }
             Verdict::Iterate | Verdict::None => {
                 decision.verdict = Verdict::Iterate.into();
+                if !decision.factor.is_finite() {
+                    decision.factor = 0.0;
+                }
                 self.progress.version = version.next_iteration();
             }
         }
@@ -240,7 +252,10 @@ impl StepControl {
                 Err(failure) => {
                     return Err(ControlError::Node { node: node.clone(), message: failure.message.clone() });
                 }
-                Ok(done) if !done.converged => (format!("the solver of `{node}` did not converge"), done.step_factor),
+                Ok(done) if !done.converged => {
+                    let why = if done.reason.is_empty() { String::new() } else { format!(": {}", done.reason) };
+                    (format!("the solver of `{node}` did not converge{why}"), done.step_factor)
+                }
                 Ok(_) => continue,
             };
             if hindrance.as_ref().is_none_or(|(_, smallest)| factor < *smallest) {
@@ -332,7 +347,7 @@ impl StepControl {
         self.conclude(decision);
     }
 
-    fn reject(&mut self, decision: &mut Decision, factor: f64) -> Result<(), ControlError> {
+    fn reject(&mut self, decision: &mut Decision, factor: f64, hint: &'static str) -> Result<(), ControlError> {
         let usable = factor.is_finite() && factor > 0.0 && factor < 1.0;
         let factor = if usable { factor } else { 0.5 };
         let next = self.progress.version.next_attempt();
@@ -342,6 +357,7 @@ impl StepControl {
                 t_s: self.progress.t_s,
                 minimum_s: self.settings.dt.minimum_s,
                 what: decision.reason.clone(),
+                hint,
             });
         }
         decision.verdict = Verdict::Reject.into();

@@ -97,6 +97,15 @@ fn a_node_that_did_not_converge_rejects_at_once_with_its_own_factor() {
 }
 
 #[test]
+fn a_node_that_did_not_converge_says_why_and_the_end_says_what_to_do() {
+    let mut control = control(5, Measure::Magnitude);
+    let done = Done { converged: false, step_factor: 0.25, reason: "too stiff".into(), ..Done::default() };
+    let outcomes = [Outcome { node: "a".into(), result: Ok(done) }];
+    let error = (0..20).find_map(|_| control.judge(&outcomes).err()).unwrap().to_string();
+    assert!(error.contains("the solver of `a` did not converge: too stiff. Look at the settings"), "{error}");
+}
+
+#[test]
 fn a_failure_that_no_step_mends_stops_the_run() {
     let failure = Failure { message: "pair 3 out of range".into(), retry: false };
     let outcomes = [Outcome { node: "thermal".into(), result: Err(failure) }];

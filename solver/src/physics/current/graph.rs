@@ -167,6 +167,13 @@ fn solve(solver: &Solver, matrix: &Symmetric, right: &[f64], solution: &mut [f64
             break;
         }
     }
+    if !residual.is_finite() {
+        return Err(SolveError::Unsolved(format!(
+            "{NODE}: the equations of {} unknowns overflow (residual {residual}): a `potential`, a `current` or an \
+             `electrical-conductivity` is too large or too small to compute with",
+            right.len()
+        )));
+    }
     Err(SolveError::Unsolved(format!(
         "{NODE}: the equations of {} unknowns are solved to a residual of {residual:.1e} after {iterations} iterations, but \
          expected at most {tolerance:.1e} after {limit}: give [current] a larger `tolerance` or more `iterations`",

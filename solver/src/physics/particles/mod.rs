@@ -409,8 +409,9 @@ impl Particles {
             reply.figures.insert("substep [s]".into(), advanced.substep_s);
             // Without contacts nothing is critical, and this is zero.
             reply.figures.insert("substep over critical".into(), advanced.substep_s / state.critical_s);
-            if self.contact_s.is_finite() {
-                reply.figures.insert("shortest contact time over substep".into(), self.contact_s / advanced.substep_s);
+            let share = self.contact_s / advanced.substep_s;
+            if share.is_finite() {
+                reply.figures.insert("shortest contact time over substep".into(), share);
             }
         }
         let state = if state.builds >= BUILDS_PER_SORTING { self.sorted(state, t_s)? } else { state };

@@ -16,6 +16,9 @@ use crate::{
 /// Order of the fixed point's contraction in Δt for motion (Zohdi 2018, eq. 6.31: p = 2).
 const ORDER: f64 = 2.0;
 
+/// Why a window is not solved, where that is not the iteration.
+const JUMPS: &str = "a particle moves more than its radius in one step";
+
 /// Weight, tolerance and bound of the fixed point.
 #[derive(Clone, Copy)]
 pub(super) struct Trapezoidal {
@@ -46,7 +49,9 @@ impl Trapezoidal {
         let dt_s = window.dt_s;
         if self.anderson_depth == 0 && dt_s > state.critical_s {
             let step_factor = (state.critical_s / dt_s).clamp(0.1, 0.9);
-            return Ok(Trial::NotConverged(NotConverged { step_factor }));
+            let reason =
+                "the step is longer than the contacts' critical one, beyond which the plain iteration diverges";
+            return Ok(Trial::NotConverged(NotConverged { reason, step_factor }));
         }
         let radii = &state.bodies.radii;
         let mut evaluator = Evaluator::new(particles, state, outside);
@@ -65,7 +70,7 @@ impl Trapezoidal {
         for _ in 0..self.iterations {
             if let Some(ratio) = motion.jump(&state.motion.positions, radii) {
                 let step_factor = if ratio.is_finite() { (1.0 / ratio).clamp(0.1, 0.9) } else { 0.5 };
-                return Ok(Trial::NotConverged(NotConverged { step_factor }));
+                return Ok(Trial::NotConverged(NotConverged { reason: JUMPS, step_factor }));
             }
             motion.check_finite()?;
             before.clone_from(&motion);
@@ -100,10 +105,12 @@ impl Trapezoidal {
         if change > self.tolerance {
             let root = 1.0 / (ORDER * f64::from(self.iterations));
             let step_factor = (self.tolerance / change).powf(root).clamp(0.1, 0.9);
-            return Ok(Trial::NotConverged(NotConverged { step_factor }));
+            let reason = "integrator.iterations do not reach integrator.tolerance";
+            return Ok(Trial::NotConverged(NotConverged { reason, step_factor }));
         }
         if let Some(ratio) = motion.jump(&state.motion.positions, radii) {
-            return Ok(Trial::NotConverged(NotConverged { step_factor: (1.0 / ratio).clamp(0.1, 0.9) }));
+            let step_factor = (1.0 / ratio).clamp(0.1, 0.9);
+            return Ok(Trial::NotConverged(NotConverged { reason: JUMPS, step_factor }));
         }
         pistons.kick(window.t_s + dt_s, 0.5 * dt_s, &end.on_walls);
         evaluator.refresh(&motion.positions, &pistons.walls, window.t_s + dt_s)?;

@@ -82,7 +82,8 @@ fn advance(
     for _ in 0..=REFINEMENTS {
         if count > SUBSTEPS_LIMIT {
             let step_factor = (SUBSTEPS_LIMIT / count).clamp(0.1, 0.9);
-            return Ok(Trial::NotConverged(NotConverged { step_factor }));
+            let reason = "forces, speeds or damping ask for more than a million substeps in one step";
+            return Ok(Trial::NotConverged(NotConverged { reason, step_factor }));
         }
         match substeps(particles, state, outside, window, count)? {
             Course::Ended(advanced) => return Ok(Trial::Converged(advanced)),
@@ -91,7 +92,8 @@ fn advance(
         count *= REFINEMENT;
     }
     let step_factor = (REFINEMENT / (jump? * count)).clamp(0.1, 0.9);
-    Ok(Trial::NotConverged(NotConverged { step_factor }))
+    let reason = "a particle moves more than its radius in each of 64 times the substeps foreseen";
+    Ok(Trial::NotConverged(NotConverged { reason, step_factor }))
 }
 
 /// What becomes of a window with a given number of substeps.

@@ -10,11 +10,10 @@ use super::{
     network::{Conductivities, Network},
     particles::Carried,
     settings::mass_kg,
-    trapezoidal::step_factor,
+    trapezoidal::not_converged,
 };
 use crate::{
     SolveError,
-    coupling::NotConverged,
     physics::checks::{finite, positive},
 };
 
@@ -171,7 +170,7 @@ impl Form {
         if enthalpy.changes_phase() {
             stored.push(Energy::stored("latent", latent_j));
         }
-        let not_converged = (!converged).then(|| NotConverged { step_factor: step_factor(settings, inserted.change) });
+        let not_converged = (!converged).then(|| not_converged(settings, inserted.change));
         let mut figures = figures(sweeps, balance.network.biot);
         if enthalpy.solver == Solver::ConjugateGradient {
             figures.insert("linear iterations".to_owned(), f64::from(linear));

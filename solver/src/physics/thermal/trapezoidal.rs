@@ -56,16 +56,22 @@ pub(super) fn advance(
         let converged = phi == 0.0 || change <= settings.tolerance;
         if converged || sweeps >= settings.iterations {
             let to_walls_j = dt_s * (phi * end_to_walls_w + (1.0 - phi) * start_to_walls_w);
-            let not_converged = (!converged).then(|| NotConverged { step_factor: step_factor(settings, change) });
+            let not_converged = (!converged).then(|| not_converged(settings, change));
             return Advanced { temperatures_k, to_walls_j, sweeps, not_converged };
         }
     }
 }
 
+/// What is answered where the sweeps allowed left a change above the tolerance.
+pub(super) fn not_converged(settings: &Settings, change: f64) -> NotConverged {
+    let reason = "thermal.iterations do not reach thermal.tolerance";
+    NotConverged { reason, step_factor: step_factor(settings, change) }
+}
+
 /// Factor Λ on Δt that would have converged within the sweeps allowed (Zohdi 2018, eq. 6.50 with p = 1), in [0.1, 0.9].
 ///
 /// At K = K_d the change of the first sweep cancels from the equation.
-pub(super) fn step_factor(settings: &Settings, change: f64) -> f64 {
+fn step_factor(settings: &Settings, change: f64) -> f64 {
     let factor = (settings.tolerance / change).powf(1.0 / f64::from(settings.iterations));
     if factor.is_finite() { factor.clamp(0.1, 0.9) } else { 0.5 }
 }

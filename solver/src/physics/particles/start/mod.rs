@@ -30,12 +30,32 @@ pub struct Placed {
     pub materials: Vec<u16>,
 }
 
+/// Largest rounding error of a position over the radius with which contacts are computed: a contact's overlap is some
+/// hundredths of the radius, of which this is a per cent.
+const COARSEST: f64 = 1e-4;
+
 /// Places the particles of `settings`, of all groups jointly, largest first. The same seed gives the same numbers on every
 /// machine; given particles keep their order.
 ///
 /// # Errors
-/// [`SolveError::Start`] where the particles do not fit, or not within the bounded effort of the method.
+/// [`SolveError::Start`] where the particles do not fit, or not within the bounded effort of the method, or where they are so
+/// far from the origin that rounding moves them by more than a ten-thousandth of their radius.
 pub fn place(settings: &Settings) -> Result<Placed, SolveError> {
+    let placed = placed(settings)?;
+    for (row, (position, radius)) in placed.positions.iter().zip(&placed.radii).enumerate() {
+        let farthest = position.iter().fold(0.0f64, |farthest, x| farthest.max(x.abs()));
+        if f64::EPSILON * farthest > COARSEST * radius {
+            return Err(SolveError::Start(format!(
+                "particles: particle {row} of radius {radius:e} m starts {farthest:e} m from the origin, where positions are \
+                 exact to {:.1e} m only; move the scene nearer to the origin",
+                f64::EPSILON * farthest
+            )));
+        }
+    }
+    Ok(placed)
+}
+
+fn placed(settings: &Settings) -> Result<Placed, SolveError> {
     let mut random = random(settings.seed);
     let bodies = radii::draw(&settings.groups, &mut random);
     let (positions, velocity) = match &settings.start {

@@ -40,6 +40,10 @@ impl SequentialAddition<'_> {
                 extent.x, extent.y, extent.z
             )));
         }
+        // Attempts in proportion to a number that cannot fit would only take long.
+        if volume(self.radii) > self.region.volume_m3() {
+            return Err(self.jammed(0));
+        }
         let mut cells = Cells::new(lower, extent, 2.0 * largest, self.radii.len());
         let mut positions: Vec<Vec3> = Vec::with_capacity(self.radii.len());
         let mut attempts = ATTEMPTS_AT_LEAST + ATTEMPTS_PER_PARTICLE * self.radii.len() as u64;

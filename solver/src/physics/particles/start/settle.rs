@@ -22,6 +22,10 @@ const WINDOWS: u32 = 10;
 const CALM: u32 = 20;
 /// Times that a window is cut in a row before it is given up.
 const CUTS: u32 = 100;
+/// Windows after which settling is not begun: it would take hours.
+const LARGEST_WINDOWS: f64 = 1e6;
+/// Substeps in one window after which settling is given up: it would take hours too.
+const LARGEST_SUBSTEPS: f64 = 1e5;
 /// Falls from the top of the filling that settling may last where the scene says nothing.
 const LONGEST_FALLS: f64 = 50.0;
 /// Overlap with a wall at the start, over the radius, that is rounding.
@@ -78,6 +82,13 @@ impl Settle {
         let height = -region.lowest_along((-down).into()) - region.lowest_along(down.into());
         let fall_s = (2.0 * height.max(radius) / gravity).sqrt();
         let longest_s = self.longest_s.unwrap_or(LONGEST_FALLS * fall_s);
+        if longest_s > LARGEST_WINDOWS * window_s {
+            return Err(SolveError::Start(format!(
+                "particles: settling for {longest_s:e} s would take more than a million steps of {window_s:e} s, a tenth of the time \
+                 in which they fall half their radius: the start region is too high for particles of radius {radius:e} m; \
+                 make it lower, or set a shorter `longest`"
+            )));
+        }
         let kept = (-self.damping / f64::from(WINDOWS)).exp();
         // Σ m g R.
         let weights: f64 =
@@ -211,13 +222,20 @@ fn clear_of_walls(bed: &Particles, state: &State) -> Result<(), SolveError> {
 
 /// One window, cut into shorter ones where it does not converge whole.
 fn advance(bed: &Particles, mut state: State, window_s: f64) -> Result<State, SolveError> {
-    let (mut left_s, mut dt_s, mut cuts) = (window_s, window_s, 0);
+    let (mut left_s, mut dt_s, mut cuts, mut substeps) = (window_s, window_s, 0, 0.0);
     while left_s > 0.0 {
+        if substeps > LARGEST_SUBSTEPS {
+            return Err(SolveError::Start(format!(
+                "particles: contacts and damping ask for more than {LARGEST_SUBSTEPS:e} substeps in {window_s:e} s of settling, a \
+                 tenth of the time in which a particle falls half its radius; use softer contacts or less contact damping"
+            )));
+        }
         let now_s = dt_s.min(left_s);
         let (next, reply) = bed.solve(&state, &Frozen::default(), Window { t_s: 0.0, dt_s: now_s })?;
         match reply.not_converged {
             None => {
                 state = next;
+                substeps += reply.figures.get("substeps").copied().unwrap_or(1.0);
                 left_s = if now_s < left_s { left_s - now_s } else { 0.0 };
                 cuts = 0;
             }
