@@ -76,7 +76,8 @@ fn surroundings_are_left_out_where_there_is_no_time() {
 
 #[test]
 fn surroundings_matter_to_hot_grains_there_or_missing() {
-    let hot = [LIGHT, "duration=\"30 ms\"", "optics.ends=\"2 ms\"", "walls.plate.temperature=\"300 K\""];
+    let hot = LIGHT.replace("1 W", "10 W");
+    let hot = [hot.as_str(), "duration=\"30 ms\"", "optics.ends=\"2 ms\"", "walls.plate.temperature=\"300 K\""];
     let there = [&hot[..], &["thermal.ambient={ emissivity = 0.8 }"]].concat();
     let without = json!([{ "delete": { "key": "thermal.ambient" } }]);
     let (about, number) = ("thermal.ambient", "radiated share");
@@ -114,7 +115,7 @@ const CURRENT: [&str; 5] = [
     "particles.contact={ stiffness = \"1e8 Pa\", damping = \"2e5 N s/m^3\" }",
     "walls.plate.current-density=\"1e6 A/m^2\"",
     "current={ model = \"averaging\" }",
-    "coupling.tolerance={ temperature = 1e-7, joule_power = 1e-6 }",
+    "coupling.tolerance.joule_power=1e-6",
 ];
 
 #[test]

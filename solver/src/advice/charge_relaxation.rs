@@ -34,3 +34,15 @@ pub(super) fn advise(facts: &Facts<'_>) -> Vec<Advice> {
         format!("time in which charge settles, epsilon_0/sigma = {:.1e} s, over the first step", value * dt_s);
     vec![Advice::new("current", "charge relaxation over step", value, &meaning, verdict, says.into())]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::charge_relaxation_s;
+
+    #[test]
+    fn charge_leaves_copper_at_once_and_glass_never() {
+        // 8.854e-12/5.96e7 and 8.854e-12/1e-12.
+        assert!((charge_relaxation_s(5.96e7) - 1.4856e-19).abs() < 1e-23);
+        assert!((charge_relaxation_s(1e-12) - 8.854).abs() < 1e-3);
+    }
+}

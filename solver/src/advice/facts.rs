@@ -229,7 +229,8 @@ impl<'s> Facts<'s> {
                 let density = densities.fold(f64::INFINITY, f64::min);
                 let most = electrodes().filter_map(|electrode| electrode.current_density_a_m2);
                 let most = most.fold(0.0f64, |most, own| most.max(own.abs()));
-                let rise_k = heat_share * most * most * on_s / (least_s_m.max(0.0) * density * capacity);
+                // Where all particles carry it, the bound is met: the thousandth is for rounding.
+                let rise_k = 1.001 * heat_share * most * most * on_s / (least_s_m.max(0.0) * density * capacity);
                 rise_k.is_finite().then_some([rise_k; 2])
             }
             CurrentModel::Potential { conductance: model } => {
@@ -284,6 +285,14 @@ impl<'s> Facts<'s> {
         let fields = &self.settings.fields;
         let unknown = fields.near_field.is_some() || fields.magnetic.is_some() || fields.reads_acoustic_force;
         (!unknown).then_some(self.expectation.speed_m_s)
+    }
+
+    /// What the mean position is uncertain by once particles have met, in m: the least change grows until each lies elsewhere
+    /// by about a diameter, at random, which for the mean of N is 2 R/√N. Zero for one particle.
+    pub fn scatter_m(&self) -> f64 {
+        let number = self.number();
+        let diameter_m = self.bodies.iter().map(|body| 2.0 * body.radius_m * body.number).sum::<f64>() / number;
+        if number > 1.0 { diameter_m / number.sqrt() } else { 0.0 }
     }
 
     /// How long the light warms particles, in s: half of the time it is on, as the mean rises evenly, and all that follows.

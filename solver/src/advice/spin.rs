@@ -52,7 +52,8 @@ pub(super) fn advise(facts: &Facts<'_>) -> Vec<Advice> {
     let mut advice = Advice::new("particles.spin", "spin energy share", energy, &meaning, verdict, says.into());
     match verdict {
         Verdict::Drop => {
-            advice.effects = vec![Effect { quantity: Quantity::MeanPosition, at_most: share * way_m, share }];
+            advice.effects =
+                vec![Effect { quantity: Quantity::MeanPosition, at_most: share * way_m + facts.scatter_m(), share }];
             advice.edits = vec![Edit::set("particles.spin", "false")];
         }
         Verdict::Add => advice.edits = vec![Edit::set("particles.spin", "true")],
