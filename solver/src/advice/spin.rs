@@ -35,7 +35,8 @@ pub(super) fn advise(facts: &Facts<'_>) -> Vec<Advice> {
     let verdict = match (settings.spin, share <= facts.within) {
         (true, true) => Verdict::Drop,
         (true, false) => Verdict::Keep,
-        (false, false) if holds => Verdict::Add,
+        // In a die or a box there is no slope to hold.
+        (false, false) if holds && !facts.room.confined => Verdict::Add,
         (false, false) => Verdict::Keep,
         (false, true) => Verdict::Suffices,
     };
