@@ -115,7 +115,7 @@ mod tests {
 
     #[test]
     fn numbers_are_short_and_values_are_safe_in_a_shell() {
-        for (value, shown) in [(0.0, "0"), (0.01234, "0.0123"), (3.14159, "3.14"), (31.4159, "31.4"), (314.159, "314")]
+        for (value, shown) in [(0.0, "0"), (0.01234, "0.0123"), (2.7555, "2.76"), (27.555, "27.6"), (275.55, "276")]
         {
             assert_eq!(significant(value), shown);
         }
