@@ -115,8 +115,7 @@ mod tests {
 
     #[test]
     fn numbers_are_short_and_values_are_safe_in_a_shell() {
-        for (value, shown) in [(0.0, "0"), (0.01234, "0.0123"), (2.7555, "2.76"), (27.555, "27.6"), (275.55, "276")]
-        {
+        for (value, shown) in [(0.0, "0"), (0.01234, "0.0123"), (2.7555, "2.76"), (27.555, "27.6"), (275.55, "276")] {
             assert_eq!(significant(value), shown);
         }
         assert_eq!((significant(1.5e-7), significant(f64::INFINITY)), ("1.5e-7".into(), "unbounded".into()));
