@@ -6,14 +6,14 @@ use super::{Advice, Verdict, facts::Facts};
 
 /// Wavelength of Nd:YAG and fibre lasers, in m: the scene does not name one.
 const WAVELENGTH_M: f64 = 1.06e-6;
-/// Size parameter from which rays do: edges then are a tenth of the cross-section.
+/// Size parameter from which rays do: edges then take a fifth of what rays say.
 const LARGE: f64 = 30.0;
 
-/// Share of the light taken by a particle of size parameter x = 2πR/λ that rays get wrong: the edge's, x^(−2/3)
+/// Share of the light taken by a particle of size parameter x = 2πR/λ that rays get wrong: the edge's, at most 2 x^(−2/3)
 /// (Nussenzveig & Wiscombe 1980, Phys. Rev. Lett. 45, 1490, for spheres).
 #[must_use]
 pub fn edge_share(size_parameter: f64) -> f64 {
-    size_parameter.powf(-2.0 / 3.0)
+    2.0 * size_parameter.powf(-2.0 / 3.0)
 }
 
 /// Advice on rays and on lines of Beer and Lambert, which are rays too.
@@ -26,7 +26,7 @@ pub(super) fn advise(facts: &Facts<'_>) -> Vec<Advice> {
     let edge = 100.0 * edge_share(value);
     let verdict = if large { Verdict::Suffices } else { Verdict::Beyond };
     let says = if large {
-        format!("rays suffice: diffraction at edges changes what the smallest particle takes by some {edge:.0} %")
+        format!("rays suffice: diffraction at edges changes what the smallest particle takes by at most {edge:.0} %")
     } else {
         "particles are too small for rays: waves bend round them, and no fidelity here computes that; energy-balance \
          at least depends on no cross-section"
