@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 use stagger_solver::{
+    advice::{self, Advice},
     physics::{acoustics, current, optics, particles, substrate, thermal},
     scene::{Scene, Value},
 };
@@ -28,6 +29,9 @@ pub struct Report<'a> {
     pub settings: &'a [Value],
     /// What each physics the scene names is set up with: material constants and defaults resolved.
     pub physics: Physics<'a>,
+    /// Advice on it, where it is asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub advice: Option<Vec<Advice>>,
     /// Why the scene cannot run; `None` where it can.
     pub problem: Option<String>,
 }
@@ -55,9 +59,10 @@ pub struct Physics<'a> {
     pub acoustics: Option<&'a acoustics::Settings>,
 }
 
-/// Looks at a scene. One that cannot run has its values all the same: a node that replaces another may be what it needs.
+/// Looks at a scene; `within` asks for advice with that relative change counting as none. One that cannot run has its values all the same: a node that replaces another may be what it needs.
 #[must_use]
-pub fn report(scene: &Scene) -> Report<'_> {
+pub fn report(scene: &Scene, within: Option<f64>) -> Report<'_> {
+    let problem = check(scene).err().map(|error| format!("the scene cannot run: {error}"));
     Report {
         format: FORMAT,
         title: &scene.title,
@@ -73,6 +78,8 @@ pub fn report(scene: &Scene) -> Report<'_> {
             substrate: scene.substrate.as_ref(),
             acoustics: scene.acoustics.as_ref(),
         },
-        problem: check(scene).err().map(|error| format!("the scene cannot run: {error}")),
+        // Particles that cannot be placed are the problem already.
+        advice: within.and_then(|within| advice::advise(scene, within).ok()),
+        problem,
     }
 }

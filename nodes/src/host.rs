@@ -3,7 +3,7 @@
 //! Callbacks only enqueue; one thread does the rest in the order of arrival.
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     sync::{
         Arc, Mutex, PoisonError,
         mpsc::{Receiver, Sender},
@@ -100,6 +100,8 @@ pub struct Host {
     snapshot: Outlet,
     _declared: Vec<Declared>,
     inbox: Inbox,
+    /// Its fields that other nodes read.
+    read: BTreeSet<String>,
     epoch: Option<u32>,
     /// Fields that came before the plan of their epoch: the nodes hear of it at different moments.
     early: Vec<Arrival>,
@@ -200,6 +202,7 @@ impl Host {
             snapshot,
             _declared: declared,
             inbox: Inbox::default(),
+            read: BTreeSet::new(),
             epoch: None,
             early: Vec::new(),
             ready: (Version::INITIAL, Ready::default(), false),
@@ -375,6 +378,8 @@ impl Host {
             self.sequence = 0;
             self.sent.clear();
             let node = self.identity.node.clone();
+            let sources = plan.nodes.iter().flat_map(|part| &part.sources);
+            self.read = sources.filter(|source| source.writer == node).map(|source| source.field.clone()).collect();
             let Some(mine) = plan.nodes.into_iter().find(|part| part.node == node) else {
                 let message = format!("the run has no node of this name, but {}", plan.order.join(", "));
                 return Err(HostError::Start { node, message });
@@ -490,6 +495,16 @@ impl Host {
         let (mut count, mut bytes) = (0, 0);
         for (name, field) in fields {
             let Some(outlet) = self.outlets.get(name) else { continue };
+            // What no node reads is for a recorder or a viewer, and stays here where there is none.
+            if !whole && !self.read.contains(name) && !outlet.has_reader()? {
+                self.sent.remove(name);
+                let header = Self::stamp(&self.identity, self.epoch, &mut 0, envelope);
+                self.latest
+                    .lock()
+                    .unwrap_or_else(PoisonError::into_inner)
+                    .insert(name.clone(), (header, field.clone()));
+                continue;
+            }
             // A rejected attempt is forgotten by everyone: its values are no reference.
             let kept = |at: &Version| at.step < version.step || at.attempt == version.attempt;
             let known = self.sent.get(name).filter(|(at, sent)| !whole && kept(at) && same(sent, field));

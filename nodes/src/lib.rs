@@ -1,5 +1,6 @@
 //! The processes of stagger: the Zenoh link, the host of a node, the coordinator, the launcher and the command line.
 
+pub mod advise;
 pub mod check;
 pub mod check_json;
 pub mod cli;

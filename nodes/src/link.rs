@@ -377,6 +377,9 @@ impl Outlet {
     /// # Errors
     /// The session is closed.
     pub fn has_reader(&self) -> Result<bool, LinkError> {
+        if self.first.get().is_some_and(|first| first.covers(self.publisher.key_expr())) {
+            return Ok(true);
+        }
         let status = self.publisher.matching_status().wait();
         Ok(status.map_err(failed(format!("look for readers of {}", self.publisher.key_expr())))?.matching())
     }

@@ -1,7 +1,9 @@
-//! Every number of stagger: the staggered [`coupling`], the [`physics`], and the [`scene`] they are built from.
+//! Every number of stagger: the staggered [`coupling`], the [`physics`], the [`scene`] they are built from, and
+//! [`advice`] on a scene.
 //!
 //! No I/O, no async, no clock, no global randomness: the same inputs give the same bytes.
 
+pub mod advice;
 pub mod coupling;
 mod error;
 pub mod physics;

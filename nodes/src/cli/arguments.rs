@@ -26,6 +26,12 @@ pub(super) enum Command {
         /// Print the exchange of fields alone
         #[arg(long, value_enum, conflicts_with = "json")]
         graph: Option<crate::graph::Format>,
+        /// Say which physics could be left out or is missing, and which fidelity suffices, with the numbers (docs/advice.md)
+        #[arg(long, conflicts_with = "graph")]
+        advise: bool,
+        /// Relative change of a result that counts as none
+        #[arg(long, default_value_t = 0.01, requires = "advise", value_parser = share)]
+        within: f64,
         /// Print every value in SI units, and what each physics is set up with, as JSON (docs/check.md)
         #[arg(long)]
         json: bool,

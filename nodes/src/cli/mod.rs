@@ -24,7 +24,7 @@ use stagger_recordings::{Recording, Summary as RecordingSummary};
 use stagger_solver::scene::Scene;
 
 use crate::{
-    check, check_json,
+    advise, check, check_json,
     coordinator::RunError,
     diagnostics,
     graph::Format,
@@ -54,7 +54,9 @@ enum End {
 pub fn main(arguments: Arguments) -> ExitCode {
     let end = match arguments.command {
         Command::Run(arguments) => run_scene(arguments),
-        Command::Check { scene, graph, json } => check_scene(&scene, graph, json),
+        Command::Check { scene, graph, advise, within, json } => {
+            check_scene(&scene, graph, advise.then_some(within), json)
+        }
         Command::Node(arguments) => run_node(arguments),
         Command::Conformance(arguments) => author::conformance(arguments),
         Command::NewNode { name, stagger } => author::new_node(&name, stagger),
@@ -273,7 +275,7 @@ fn how_to_go_on(path: &Path) -> String {
     format!("; the same command with --resume {} goes on from step {step}", path.display())
 }
 
-fn check_scene(arguments: &SceneArguments, graph: Option<Format>, json: bool) -> End {
+fn check_scene(arguments: &SceneArguments, graph: Option<Format>, within: Option<f64>, json: bool) -> End {
     let overrides = arguments.overrides();
     let scene = match read_scene(&arguments.scene, &overrides, arguments.files.as_deref()) {
         Ok(scene) => scene,
@@ -288,7 +290,7 @@ fn check_scene(arguments: &SceneArguments, graph: Option<Format>, json: bool) ->
         }
     }
     if json {
-        let report = check_json::report(&scene);
+        let report = check_json::report(&scene, within);
         if let Err(end) = print_json(&report) {
             return end;
         }
@@ -296,9 +298,13 @@ fn check_scene(arguments: &SceneArguments, graph: Option<Format>, json: bool) ->
     }
     match check::check_whole(&scene, &arguments.scene) {
         Ok(checked) => {
-            let text = match graph {
-                Some(format) => check::graph(&scene, &checked, format),
-                None => check::describe(&scene, &checked),
+            let text = match (graph, within) {
+                (Some(format), _) => check::graph(&scene, &checked, format),
+                (None, Some(within)) => match advise::describe(&scene, within) {
+                    Ok(text) => text,
+                    Err(error) => return End::Code(USAGE, format!("the scene cannot run: {error}")),
+                },
+                (None, None) => check::describe(&scene, &checked),
             };
             print(text.trim_end());
             End::Done

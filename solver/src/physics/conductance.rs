@@ -20,7 +20,7 @@ pub enum Conductance {
 ///
 /// `conductivity` is K_ij = ½ (K_i + K_j) (eq. 6.37); `area_m2` is A, `distance_m` is d. A contact without area
 /// conducts nothing. `None`: the monograph's form has no value at d ≤ 0.
-pub(super) fn conductance(model: Conductance, conductivity: f64, area_m2: f64, distance_m: f64) -> Option<f64> {
+pub(crate) fn conductance(model: Conductance, conductivity: f64, area_m2: f64, distance_m: f64) -> Option<f64> {
     if area_m2 <= 0.0 {
         return Some(0.0);
     }

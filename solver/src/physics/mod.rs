@@ -16,4 +16,5 @@ pub mod thermal;
 pub mod walls;
 
 pub use conductance::Conductance;
+pub(crate) use conductance::conductance;
 pub use walls::{Shape, Wall};

@@ -81,6 +81,8 @@ pub struct Scene {
     pub substrate: Option<SubstrateSettings>,
     /// The sound, where the scene names it.
     pub acoustics: Option<AcousticsSettings>,
+    /// Where the materials begin to melt, in K, by name, where it is known.
+    pub solidus_k: BTreeMap<String, f64>,
     /// Nodes that are not simply a built-in physics, by name.
     pub nodes: BTreeMap<String, NodeSettings>,
     /// How the physics are coupled.
@@ -385,6 +387,7 @@ impl Scene {
             current,
             substrate,
             acoustics,
+            solidus_k: materials.iter().filter_map(|(name, own)| Some((name.clone(), own.solidus_k?))).collect(),
             nodes,
             coupling: coupling?,
             record: record?,

@@ -49,6 +49,14 @@ impl Conductivity {
         self.reference_s_m * (1.0 + share(self.by_temperature, temperature_k) + share(self.by_field, field_v_m))
     }
 
+    /// Least and greatest σ in S/m over all temperatures and fields.
+    #[must_use]
+    pub fn range_s_m(&self) -> [f64; 2] {
+        let highest = |transition: Option<Transition>| transition.map_or(0.0, |transition| transition.gain.max(0.0));
+        let most = 1.0 + highest(self.by_temperature) + highest(self.by_field);
+        [self.least_share(), most].map(|share| self.reference_s_m * share)
+    }
+
     /// σ/σ_R where it is least.
     pub(super) fn least_share(&self) -> f64 {
         let lowest = |transition: Option<Transition>| transition.map_or(0.0, |transition| transition.gain.min(0.0));

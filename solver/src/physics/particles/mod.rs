@@ -12,6 +12,7 @@ mod contact_list;
 mod critical_step_tests;
 mod domain;
 mod drag;
+mod expectation;
 pub mod fields;
 mod forces;
 mod friction;
@@ -55,6 +56,7 @@ use std::sync::Arc;
 use stagger_messages::{Energy, Field, Fields, Measure, Port, Ports};
 
 pub use domain::{Body, Domain, Moved};
+pub use expectation::Expectation;
 pub use pour::{Pour, PourRegion, Poured};
 pub use settings::*;
 pub use settings_bonds::*;
@@ -175,10 +177,7 @@ impl Particles {
             settings,
         };
         let state = particles.state_at_start()?;
-        let stored_per_modulus = (state.contacts.energy_per_modulus.iter())
-            .chain(&state.wall_contacts.energy_per_modulus)
-            .fold(0.0f64, |largest, &energy| largest.max(energy));
-        let TimeScales { contact_s, substep_s } = particles.time_scales(&state, stored_per_modulus);
+        let TimeScales { contact_s, substep_s, .. } = particles.time_scales(&state);
         particles.contact_s = contact_s;
         particles.substep_s = match particles.settings.integrator {
             Integrator::Verlet { substep_s: Some(bound_s) } => bound_s,

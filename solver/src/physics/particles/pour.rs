@@ -90,7 +90,7 @@ impl PourRegion {
     }
 
     /// The corners of that box, all eight.
-    pub(super) fn corners_m(&self) -> [Vec3; 8] {
+    pub(crate) fn corners_m(&self) -> [Vec3; 8] {
         let bounds = self.bounds_m();
         std::array::from_fn(|corner| Vec3::from_fn(|axis, _| bounds[corner >> axis & 1][axis]))
     }

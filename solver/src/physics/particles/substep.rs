@@ -35,13 +35,18 @@ pub(super) struct TimeScales {
     pub contact_s: f64,
     /// Substep that resolves contact, damping, friction and drag, in s; infinite where nothing acts.
     pub substep_s: f64,
+    /// Speed that nothing is expected to exceed, in m/s.
+    pub speed_m_s: f64,
 }
 
 impl Particles {
-    /// Time scales of the start configuration; `stored_per_modulus` is the largest elastic energy of one contact in it,
-    /// over its modulus.
-    pub(super) fn time_scales(&self, state: &State, stored_per_modulus: f64) -> TimeScales {
-        let none = TimeScales { contact_s: f64::INFINITY, substep_s: f64::INFINITY };
+    /// Time scales of the start configuration.
+    pub(super) fn time_scales(&self, state: &State) -> TimeScales {
+        let none = TimeScales { contact_s: f64::INFINITY, substep_s: f64::INFINITY, speed_m_s: 0.0 };
+        // Largest elastic energy of one contact, over its modulus.
+        let stored_per_modulus = (state.contacts.energy_per_modulus.iter())
+            .chain(&state.wall_contacts.energy_per_modulus)
+            .fold(0.0f64, |largest, &energy| largest.max(energy));
         let poured = self.poured_bodies();
         let bodies = || state.bodies.radii.iter().copied().zip(state.bodies.masses.iter().copied());
         let all = || bodies().chain(poured.iter().copied());
@@ -100,11 +105,11 @@ impl Particles {
             }
             None => {}
         }
-        TimeScales { contact_s, substep_s }
+        TimeScales { contact_s, substep_s, speed_m_s: speed }
     }
 
     /// Radius in m and mass in kg of the smallest and the largest particle that each dispenser pours.
-    fn poured_bodies(&self) -> Vec<(f64, f64)> {
+    pub(super) fn poured_bodies(&self) -> Vec<(f64, f64)> {
         let Settings { pours, materials, .. } = &self.settings;
         let of_pour = |pour: &Pour| {
             let density_kg_m3 = materials[usize::from(pour.material)].density_kg_m3;
