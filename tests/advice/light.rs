@@ -61,7 +61,7 @@ fn energy_balance_does_not_suffice_for_a_thin_layer() {
 
 #[test]
 fn the_monographs_form_is_told_where_it_gives_more_than_there_is() {
-    let (weak, strong) = (LIGHT.replace("1e5", "1e3"), LIGHT.replace("1e5", "1e5"));
+    let (weak, strong) = (LIGHT.replace("1e5", "1e3"), LIGHT.to_owned());
     let number = ("optics.fidelity", "optical depth");
     for (light, verdict) in [(weak, "suffices"), (strong, "refine")] {
         let case = Case::new(BED, &[&light, "optics.fidelity=beer-lambert-monograph", "particles.count=16"]);

@@ -51,7 +51,7 @@ impl Case {
             let mut scene: toml::Table = case.text.parse().unwrap();
             let (path, last) =
                 key.rsplit_once('.').map_or((Vec::new(), key), |(path, last)| (path.split('.').collect(), last));
-            let table = path.iter().fold(Some(&mut scene), |table, name| table?.get_mut(*name)?.as_table_mut());
+            let table = path.iter().try_fold(&mut scene, |table, name| table.get_mut(*name)?.as_table_mut());
             // Tests set some of what they delete by --set alone.
             if let Some(table) = table {
                 table.remove(last);

@@ -19,7 +19,14 @@ fn holds_numbers(kind: Kind) -> bool {
         | Kind::OverTemperature(..)
         | Kind::Numbers(..)
         | Kind::Wholes(..) => true,
-        Kind::Text | Kind::File | Kind::Texts | Kind::Flag | Kind::Choice(_) | Kind::Table(_) | Kind::Named(_) => false,
+        Kind::Text
+        | Kind::File
+        | Kind::Texts
+        | Kind::Flag
+        | Kind::Choice(_)
+        | Kind::Table(_)
+        | Kind::Named(_)
+        | Kind::Scenes => false,
     }
 }
 
