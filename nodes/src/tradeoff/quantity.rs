@@ -145,7 +145,9 @@ impl Ends {
             (difference, rms_of_difference(&there, &start).unwrap_or(0.0), rms(&there.values))
         } else {
             let (here, there) = (value(quantity, &self.last)?, value(quantity, &reference.last)?);
-            let start = value(quantity, &reference.first).unwrap_or(0.0);
+            // Where it started says nothing of what a bed's porosity is good for.
+            let start =
+                if *quantity == Quantity::Porosity { there } else { value(quantity, &reference.first).unwrap_or(0.0) };
             ((here - there).abs(), (there - start).abs(), there.abs())
         };
         // Rounding of something that stood still is no distance.
