@@ -20,7 +20,8 @@ pub(super) fn tradeoff(arguments: TradeoffArguments) -> End {
         Err(end) => return end,
     };
     let mut quantities = arguments.quantity;
-    if quantities.is_empty() {
+    // Orders are those of whole fields: in sums and means errors may cancel.
+    if quantities.is_empty() && !arguments.orders {
         match scene.quantities.iter().map(|text| text.parse()).collect::<Result<Vec<Quantity>, _>>() {
             Ok(named) => quantities = named,
             Err(error) => return End::Code(USAGE, format!("tradeoff.quantities: {error}")),
@@ -69,7 +70,7 @@ pub(super) fn tradeoff(arguments: TradeoffArguments) -> End {
     ended(study.map(|study| json.then(|| print_json(&study))))
 }
 
-/// Whole fields, which have an order where sums of them may cancel.
+/// The fields that the scene's physics advance.
 fn rows(scene: &Scene) -> Vec<Quantity> {
     let fields = [
         ("positions", scene.particles.is_some()),

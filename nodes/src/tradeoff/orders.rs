@@ -43,7 +43,9 @@ pub struct Row {
 fn expected(scene: &Scene) -> (f64, &'static str) {
     let particles = scene.particles.as_ref();
     let integrator = particles.map(|particles| &particles.integrator);
-    let regularised = particles.is_some_and(|it| matches!(it.friction, Some(Friction::Regularised { .. })));
+    let moves = particles.is_some_and(|it| it.integrator != Integrator::Held);
+    let regularised = moves && particles.is_some_and(|it| matches!(it.friction, Some(Friction::Regularised { .. })));
+    let pulsed = scene.optics.as_ref().is_some_and(|optics| optics.beam.pulses.is_some());
     let first_order_phi = |phi: f64| (phi - 0.5).abs() > 1e-12;
     if !scene.coupling.interpolate {
         (1.0, "frozen fields are held over a step")
@@ -55,6 +57,8 @@ fn expected(scene: &Scene) -> (f64, &'static str) {
         (1.0, "thermal's weight phi is not 1/2")
     } else if regularised {
         (1.0, "regularised friction sticks over one substep, whatever its size")
+    } else if pulsed {
+        (1.0, "pulses of light begin and end within a step")
     } else {
         (
             2.0,
