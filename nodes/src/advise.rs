@@ -8,6 +8,8 @@ use stagger_solver::{
     scene::Scene,
 };
 
+use crate::words::quote;
+
 /// Advice on a scene as text: what asks for a change first.
 ///
 /// # Errors
@@ -48,19 +50,13 @@ fn write(text: &mut String, advice: &Advice) {
     }
     for edit in edits {
         let _ = match edit {
-            Edit::Set { key, value } => writeln!(text, "           --set {key}={}", quoted(value)),
+            Edit::Set { key, value } => writeln!(text, "           --set {key}={}", quote(value)),
             Edit::Delete { key } if key.starts_with("coupling.") => {
                 writeln!(text, "           take `{key}` out of the scene, too")
             }
             Edit::Delete { key } => writeln!(text, "           take [{key}] out of the scene"),
         };
     }
-}
-
-/// A value as a shell takes it.
-fn quoted(value: &str) -> String {
-    let plain = value.chars().all(|letter| letter.is_ascii_alphanumeric() || "-.".contains(letter));
-    if plain { value.to_owned() } else { format!("'{value}'") }
 }
 
 fn bound(effect: &Effect, how: &str) -> String {
@@ -119,6 +115,6 @@ mod tests {
             assert_eq!(significant(value), shown);
         }
         assert_eq!((significant(1.5e-7), significant(f64::INFINITY)), ("1.5e-7".into(), "unbounded".into()));
-        assert_eq!((quoted("none"), quoted("{ emissivity = 0.3 }")), ("none".into(), "'{ emissivity = 0.3 }'".into()));
+        assert_eq!((quote("none"), quote("{ emissivity = 0.3 }")), ("none".into(), "'{ emissivity = 0.3 }'".into()));
     }
 }

@@ -493,16 +493,17 @@ impl Host {
     fn publish(&mut self, envelope: &Envelope, fields: &Fields, whole: bool) -> Result<(u32, u64), HostError> {
         let version = envelope.version.unwrap_or_default();
         let (mut count, mut bytes) = (0, 0);
+        let latest = &self.latest;
+        let remember = |name: &String, header: Envelope, field: &Field| {
+            latest.lock().unwrap_or_else(PoisonError::into_inner).insert(name.clone(), (header, field.clone()));
+        };
         for (name, field) in fields {
             let Some(outlet) = self.outlets.get(name) else { continue };
             // What no node reads is for a recorder or a viewer, and stays here where there is none.
             if !whole && !self.read.contains(name) && !outlet.has_reader()? {
                 self.sent.remove(name);
                 let header = Self::stamp(&self.identity, self.epoch, &mut 0, envelope);
-                self.latest
-                    .lock()
-                    .unwrap_or_else(PoisonError::into_inner)
-                    .insert(name.clone(), (header, field.clone()));
+                remember(name, header, field);
                 continue;
             }
             // A rejected attempt is forgotten by everyone: its values are no reference.
@@ -514,7 +515,7 @@ impl Host {
             count += 1;
             bytes += payload.len() as u64;
             outlet.put(Some(codec::field_attachment(&header, field, known)), payload)?;
-            self.latest.lock().unwrap_or_else(PoisonError::into_inner).insert(name.clone(), (header, field.clone()));
+            remember(name, header, field);
             self.sent.insert(name.clone(), (version, field.clone()));
         }
         Ok((count, bytes))

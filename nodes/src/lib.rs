@@ -33,3 +33,4 @@ pub mod summary;
 pub mod tradeoff;
 pub mod verify;
 pub mod view;
+mod words;

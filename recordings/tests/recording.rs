@@ -21,6 +21,8 @@ use stagger_recordings::{
 use synthetic::{ITERATIONS, Script, exchanges, info};
 
 const SMALL: Script = Script { particles: 12, steps: 55, dt_s: 1e-4 };
+/// About 25 MB.
+const LARGE: Script = Script { particles: 2000, steps: 60, dt_s: 1e-4 };
 
 /// A file in memory that can be looked at while it is written.
 #[derive(Clone, Default)]
@@ -284,13 +286,18 @@ impl Write for Slow {
     }
 }
 
+/// A recorder with room for 50 kB on a disk that waits for `gate`.
+fn slow_recorder(gate: &Arc<Mutex<()>>, patience: Duration) -> Recorder {
+    let options = RecorderOptions { queue_bytes: 50_000, patience, ..RecorderOptions::default() };
+    Recorder::create(Slow(Arc::clone(gate)), &info(), options).unwrap()
+}
+
 #[test]
 fn a_slow_disk_makes_the_sender_wait_and_drops_nothing() {
     let gate = Arc::new(Mutex::new(()));
-    let options = RecorderOptions { queue_bytes: 50_000, ..RecorderOptions::default() };
-    let recorder = Recorder::create(Slow(Arc::clone(&gate)), &info(), options).unwrap();
+    let recorder = slow_recorder(&gate, RecorderOptions::default().patience);
     let sender = recorder.sender();
-    let sent = exchanges(Script { particles: 2000, steps: 60, dt_s: 1e-4 });
+    let sent = exchanges(LARGE);
     let count = sent.len() as u64;
     let closed = gate.lock().unwrap();
     let pusher = thread::spawn(move || sent.into_iter().for_each(|exchange| sender.push(exchange).unwrap()));
@@ -305,10 +312,9 @@ fn a_slow_disk_makes_the_sender_wait_and_drops_nothing() {
 #[test]
 fn who_must_not_wait_hands_over_and_whoever_causes_it_waits_until_the_disk_has_caught_up() {
     let gate = Arc::new(Mutex::new(()));
-    let options = RecorderOptions { queue_bytes: 50_000, ..RecorderOptions::default() };
-    let recorder = Recorder::create(Slow(Arc::clone(&gate)), &info(), options).unwrap();
+    let recorder = slow_recorder(&gate, RecorderOptions::default().patience);
     let sender = recorder.sender();
-    let sent = exchanges(Script { particles: 2000, steps: 60, dt_s: 1e-4 });
+    let sent = exchanges(LARGE);
     let count = sent.len() as u64;
     let closed = gate.lock().unwrap();
     // 25 MB, where the chunk under way takes 4 MiB and the queue 50 kB: none of it waits.
@@ -325,11 +331,10 @@ fn who_must_not_wait_hands_over_and_whoever_causes_it_waits_until_the_disk_has_c
 fn a_disk_that_takes_nothing_is_given_up_and_nobody_waits_for_it() {
     let gate = Arc::new(Mutex::new(()));
     let patience = Duration::from_millis(300);
-    let options = RecorderOptions { queue_bytes: 50_000, patience, ..RecorderOptions::default() };
-    let recorder = Recorder::create(Slow(Arc::clone(&gate)), &info(), options).unwrap();
+    let recorder = slow_recorder(&gate, patience);
     let sender = recorder.sender();
     let closed = gate.lock().unwrap();
-    for exchange in exchanges(Script { particles: 2000, steps: 60, dt_s: 1e-4 }) {
+    for exchange in exchanges(LARGE) {
         sender.hand_over(exchange).unwrap();
     }
     let begun = Instant::now();

@@ -4,7 +4,6 @@ mod arguments;
 mod author;
 mod out;
 mod tradeoff;
-mod words;
 
 use std::{
     collections::BTreeMap,
@@ -34,7 +33,7 @@ use crate::{
     replayed::Replays,
     resume, router,
     run::{self, Failed, Options},
-    scene_files, verify, view,
+    scene_files, verify, view, words,
 };
 
 /// Exit codes beside 0, done: 1 failed, 2 usage or bad scene, 3 finished with something missing.

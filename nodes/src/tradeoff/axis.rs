@@ -137,9 +137,8 @@ fn points(axis: &str, scene: &Scene, substep_s: Option<f64>) -> Vec<Point> {
         points
     };
     // Where a single physics runs, there is nothing to iterate on.
-    let coupled = [scene.thermal.is_some(), scene.optics.is_some(), scene.current.is_some(), scene.acoustics.is_some()]
-        .into_iter()
-        .any(|runs| runs);
+    let coupled =
+        scene.thermal.is_some() || scene.optics.is_some() || scene.current.is_some() || scene.acoustics.is_some();
     let particles = scene.particles.as_ref();
     let moving = particles.filter(|particles| particles.integrator != Integrator::Held);
     match axis {
@@ -180,26 +179,7 @@ fn points(axis: &str, scene: &Scene, substep_s: Option<f64>) -> Vec<Point> {
             vec![point(format!("spin {other}"), vec![set("particles.spin", other)])]
         }
         "skin" if moving.is_some() => numbers("particles.skin", "skin", &[0.1, 0.3, 0.6, 1.0]),
-        "cut-off" => match particles.and_then(|particles| particles.fields.near_field.as_ref()) {
-            Some(near) => match near.cutoff_m {
-                Some(own) => scaled(&[0.5, 2.0], "cut-off", &|factor| {
-                    vec![set("particles.near-field.cut-off", plain(own * factor))]
-                }),
-                None => {
-                    let radius = particles
-                        .into_iter()
-                        .flat_map(|particles| &particles.groups)
-                        .map(|group| group.radius.mean_m());
-                    let radius = radius.fold(0.0, f64::max);
-                    let far = |diameters: f64| {
-                        let set = vec![set("particles.near-field.cut-off", plain(2.0 * diameters * radius))];
-                        point(format!("cut-off {diameters} diameters"), set)
-                    };
-                    if radius > 0.0 { [2.0, 4.0, 8.0].map(far).into() } else { Vec::new() }
-                }
-            },
-            None => Vec::new(),
-        },
+        "cut-off" => cut_offs(scene),
         "phi" if scene.thermal.is_some() => numbers("thermal.phi", "phi", &[0.0, 0.5, 1.0]),
         "heat-solver" if scene.thermal.is_some() => choice("thermal.solver", &["fixed-point", "conjugate-gradient"]),
         "fidelity" if scene.optics.is_some() => {
@@ -229,6 +209,27 @@ fn points(axis: &str, scene: &Scene, substep_s: Option<f64>) -> Vec<Point> {
             vec![with("all", "all", 1), with("accepted", "accepted", 1), with("every 10th", "accepted", 10)]
         }
         _ => Vec::new(),
+    }
+}
+
+/// Cut-offs of the near field: about the scene's own, or, where all pairs are summed, by the largest mean diameter.
+fn cut_offs(scene: &Scene) -> Vec<Point> {
+    let Some((particles, near)) =
+        scene.particles.as_ref().and_then(|particles| Some((particles, particles.fields.near_field.as_ref()?)))
+    else {
+        return Vec::new();
+    };
+    let radius_m = particles.groups.iter().map(|group| group.radius.mean_m()).fold(0.0, f64::max);
+    let cut_off = |label: String, cut_off_m: f64| Point {
+        label: format!("cut-off {label}"),
+        set: vec![set("particles.near-field.cut-off", plain(cut_off_m))],
+    };
+    match near.cutoff_m {
+        Some(own_m) => [0.5, 2.0].map(|factor| cut_off(times(factor), own_m * factor)).into(),
+        None if radius_m > 0.0 => [2.0, 4.0, 8.0]
+            .map(|diameters| cut_off(format!("{diameters} diameters"), 2.0 * diameters * radius_m))
+            .into(),
+        None => Vec::new(),
     }
 }
 

@@ -11,9 +11,8 @@ use std::{
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use stagger_messages::codec;
-use stagger_recordings::Recording;
 
-use super::{Failed, axis::Set, quantity::Ends};
+use super::{Failed, axis::Set};
 use crate::scene_files;
 
 /// How often a run is looked at.
@@ -94,18 +93,24 @@ enum Ran {
 }
 
 impl Workshop {
-    /// The result of a case: from disk where it was run before, else by running it. A run is ended after `longest`.
+    /// The result of a case and where its run was recorded: from disk where it was run before, else by running it. A run is
+    /// ended after `longest`. There is no recording where it failed.
     ///
     /// # Errors
     /// The program cannot be started, a file not be written, or the user interrupts.
-    pub fn outcome(&self, set: &Set, longest: Option<Duration>, interrupted: &AtomicBool) -> Result<Outcome, Failed> {
+    pub fn outcome(
+        &self,
+        set: &Set,
+        longest: Option<Duration>,
+        interrupted: &AtomicBool,
+    ) -> Result<(Outcome, Option<PathBuf>), Failed> {
         let text = fs::read_to_string(&self.scene).map_err(|source| Failed::io(&self.scene, source))?;
         let all: Set = self.overrides.iter().chain(set).cloned().collect();
         let scene = match scene_files::parse(&text, &self.scene, &all, self.files.as_deref()) {
             Ok(scene) => scene,
             Err(problems) => {
                 let failed = problems.list.first().map(|problem| format!("{}: {}", problem.key, problem.message));
-                return Ok(Outcome { set: set.clone(), failed, ..Outcome::default() });
+                return Ok((Outcome { set: set.clone(), failed, ..Outcome::default() }, None));
             }
         };
         let stem = self.stem(scene.hash);
@@ -127,7 +132,7 @@ impl Workshop {
                 }
                 Ran::Failed(why) => {
                     outcome.failed = Some(why);
-                    return Ok(outcome);
+                    return Ok((outcome, None));
                 }
             }
             let text = serde_json::to_vec_pretty(&outcome).map_err(|error| Failed::io(&kept, error.into()))?;
@@ -137,19 +142,7 @@ impl Workshop {
                 .and_then(|()| fs::rename(&partial, &kept))
                 .map_err(|source| Failed::io(&kept, source))?;
         }
-        Ok(outcome)
-    }
-
-    /// First and last state of a case that has a result.
-    ///
-    /// # Errors
-    /// Its recording cannot be read.
-    pub fn ends(&self, set: &Set) -> Result<Option<Ends>, Failed> {
-        let text = fs::read_to_string(&self.scene).map_err(|source| Failed::io(&self.scene, source))?;
-        let all: Set = self.overrides.iter().chain(set).cloned().collect();
-        let Ok(scene) = scene_files::parse(&text, &self.scene, &all, self.files.as_deref()) else { return Ok(None) };
-        let path = self.stem(scene.hash).with_extension("mcap");
-        Ok(Ends::of(&Recording::open(path)?)?)
+        Ok((outcome, Some(recording)))
     }
 
     /// A case is what the scene, its settings and this program make it; whether it runs in one process changes its time alone.

@@ -10,6 +10,7 @@ mod table;
 
 use std::{
     path::{Path, PathBuf},
+    rc::Rc,
     sync::atomic::AtomicBool,
     time::Duration,
 };
@@ -158,38 +159,49 @@ struct Bench<'a> {
     options: &'a Options,
     interrupted: &'a AtomicBool,
     tell: &'a mut dyn FnMut(&str),
-    reference: Option<Ends>,
+    reference: Option<Rc<Ends>>,
     quantities: Vec<Quantity>,
     longest: Option<Duration>,
     cases: Vec<Case>,
 }
 
 impl Bench<'_> {
-    /// Runs a case, compares it, and tells its row.
-    fn case(&mut self, label: &str, axis: &str, set: &Set) -> Result<usize, Failed> {
-        let workshop = &self.options.workshop;
-        let outcome = workshop.outcome(set, self.longest, self.interrupted)?;
-        let ends = if outcome.failed.is_none() { workshop.ends(set)? } else { None };
-        let mut case = Case { label: label.into(), axis: axis.into(), outcome, values: Vec::new(), errors: Vec::new() };
+    /// Runs a case, compares it and tells its row where there is a reference; returns where it stands and its ends.
+    fn case(&mut self, label: &str, axis: &str, set: &Set) -> Result<(usize, Option<Ends>), Failed> {
+        let (outcome, recording) = self.options.workshop.outcome(set, self.longest, self.interrupted)?;
+        let ends = recording.map(|path| Ends::of(&path)).transpose()?.flatten();
+        let index = self.cases.len();
+        self.cases.push(Case {
+            label: label.into(),
+            axis: axis.into(),
+            outcome,
+            values: Vec::new(),
+            errors: Vec::new(),
+        });
+        if self.reference.is_some() {
+            self.compare(index, ends.as_ref());
+        }
+        Ok((index, ends))
+    }
+
+    /// Compares a case with the reference, and tells its row.
+    fn compare(&mut self, index: usize, ends: Option<&Ends>) {
         if let (Some(ends), Some(reference)) = (ends, &self.reference) {
+            let case = &mut self.cases[index];
             case.values = self.quantities.iter().map(|quantity| ends.value(quantity)).collect();
             case.errors = self.quantities.iter().map(|quantity| ends.error(quantity, reference)).collect();
         }
-        self.cases.push(case);
-        if self.reference.is_some() {
-            let row = table::row(&self.cases[self.cases.len() - 1], &self.cases[0], &self.quantities);
-            (self.tell)(&row);
-        }
-        Ok(self.cases.len() - 1)
+        let row = table::row(&self.cases[index], &self.cases[0], &self.quantities);
+        (self.tell)(&row);
     }
 
     fn must(&mut self, what: &'static str, set: &Set, hint: &'static str) -> Result<(usize, Ends), Failed> {
-        let index = self.case(what, "", set)?;
+        let (index, ends) = self.case(what, "", set)?;
         if let Some(why) = self.cases[index].outcome.failed.clone() {
             return Err(Failed::Base { what, why, hint });
         }
         let empty = || Failed::Base { what, why: "its recording holds no state".into(), hint };
-        Ok((index, self.options.workshop.ends(set)?.ok_or_else(empty)?))
+        Ok((index, ends.ok_or_else(empty)?))
     }
 
     fn rated(&self) -> Vec<Rated> {
@@ -228,7 +240,7 @@ impl Bench<'_> {
             }
             let merged = merged(&now.outcome.set, &set);
             let (label, wall) = (format!("{} + {label}", now.label), now.outcome.wall());
-            let tried = self.case(&label, "combined", &merged)?;
+            let (tried, _) = self.case(&label, "combined", &merged)?;
             let rated = self.cases[tried].rated();
             if rated.error <= bound && rated.cost < FASTER * wall {
                 best = tried;
@@ -287,21 +299,13 @@ pub fn study(
     let tight = merged(&axis::tight(scene, base.substep_s, TIGHTER), &options.reference);
     let (reference, ends) = bench.must("reference", &tight, hint)?;
     bench.cases[reference].axis = "reference".into();
-    for index in [0, reference] {
-        let set = bench.cases[index].outcome.set.clone();
-        if let Some(own) = options.workshop.ends(&set)? {
-            bench.cases[index].values = bench.quantities.iter().map(|quantity| own.value(quantity)).collect();
-            bench.cases[index].errors = bench.quantities.iter().map(|quantity| own.error(quantity, &ends)).collect();
-        }
-    }
-    bench.reference = Some(ends);
+    let ends = Rc::new(ends);
+    bench.reference = Some(Rc::clone(&ends));
     (bench.tell)(&table::head(&bench.quantities));
-    for index in [0, reference] {
-        let row = table::row(&bench.cases[index], &bench.cases[0], &bench.quantities);
-        (bench.tell)(&row);
-    }
+    bench.compare(0, Some(&standing));
+    bench.compare(reference, Some(&ends));
     let half = merged(&axis::tight(scene, base.substep_s, TIGHTER / 2.0), &options.reference);
-    let known_to = bench.case("half as tight", "reference", &half)?;
+    let (known_to, _) = bench.case("half as tight", "reference", &half)?;
     let known_to = bench.cases[known_to].errors.clone();
     bench.longest = Some(Duration::from_secs_f64((options.longest * base.wall()).clamp(5.0, 1e9)));
     for preset in scene.presets.iter().filter(|preset| *preset != STANDARD) {

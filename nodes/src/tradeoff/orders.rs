@@ -94,7 +94,7 @@ pub fn orders(
         set.push(("coupling.reuse".into(), "0".into()));
         if axis::has_substeps(scene) {
             if substep_s.is_none() {
-                substep_s = workshop.outcome(&set, None, interrupted)?.substep_s;
+                substep_s = workshop.outcome(&set, None, interrupted)?.0.substep_s;
             }
             // A hair more, so that rounding does not add a substep.
             let factor = (1.0 + 1e-9) / f64::from(1u32 << level.min(31));
@@ -104,13 +104,14 @@ pub fn orders(
             set.push(("particles.integrator".into(), value));
         }
         tell(&format!("dt = {dt_s:e} s"));
-        let outcome = workshop.outcome(&set, None, interrupted)?;
+        let (outcome, recording) = workshop.outcome(&set, None, interrupted)?;
         let hint = "a smaller first step may help: --dt";
         if let Some(why) = outcome.failed {
             return Err(Failed::Base { what: "a run of the series", why, hint });
         }
         let empty = || Failed::Base { what: "a run of the series", why: "its recording holds no state".into(), hint };
-        runs.push((workshop.ends(&set)?.ok_or_else(empty)?, dt_s));
+        let ends = recording.map(|path| Ends::of(&path)).transpose()?.flatten();
+        runs.push((ends.ok_or_else(empty)?, dt_s));
     }
     let (expected, because) = expected(scene);
     let row = |quantity: &Quantity| {

@@ -2,7 +2,6 @@
 
 use super::{
     Case, Study,
-    axis::NAMES,
     table::{share, time, typed},
 };
 use crate::report::{
@@ -71,6 +70,11 @@ fn shown(study: &Study) -> impl Iterator<Item = &Case> {
         .filter(|case| case.axis != "reference" && case.outcome.failed.is_none() && !case.errors.is_empty())
 }
 
+/// Those of them in which one setting is changed.
+fn single(study: &Study) -> impl Iterator<Item = &Case> {
+    shown(study).filter(|case| !matches!(case.axis.as_str(), "" | "preset" | "combined"))
+}
+
 fn levels(study: &Study) -> Vec<Level> {
     let known = study.known_to.iter().map(|error| error.unwrap_or(0.0)).fold(0.0, f64::max);
     let known = (known > LEAST).then(|| Level { name: "the reference is known to this".into(), value: known });
@@ -78,9 +82,7 @@ fn levels(study: &Study) -> Vec<Level> {
 }
 
 fn overview(study: &Study) -> String {
-    let axis_of = |case: &Case| if NAMES.contains(&case.axis.as_str()) { case.axis.clone() } else { String::new() };
-    let mut all: Vec<[f64; 2]> =
-        shown(study).filter(|case| !axis_of(case).is_empty()).map(|case| at(case, case.error())).collect();
+    let mut all: Vec<[f64; 2]> = single(study).map(|case| at(case, case.error())).collect();
     all.retain(|point| point.iter().all(|value| value.is_finite()));
     let of = |axis: &str| shown(study).filter(|case| case.axis == axis).map(|case| at(case, case.error())).collect();
     let front = study.front.iter().map(|index| &study.cases[*index]).map(|case| at(case, case.error())).collect();
@@ -112,7 +114,7 @@ fn overview(study: &Study) -> String {
 
 fn axes(study: &Study) -> String {
     let mut names: Vec<&str> = Vec::new();
-    for case in shown(study).filter(|case| !matches!(case.axis.as_str(), "" | "preset" | "combined")) {
+    for case in single(study) {
         if !names.contains(&case.axis.as_str()) {
             names.push(&case.axis);
         }

@@ -1,6 +1,6 @@
 //! What errors are measured by: numbers and fields of a run's last state, compared with those of the reference.
 
-use std::{fmt, str::FromStr};
+use std::{fmt, path::Path, str::FromStr};
 
 use stagger_messages::{Field, Fields};
 use stagger_recordings::{Body, Message, Recording, RecordingError, State, States};
@@ -85,7 +85,8 @@ impl Ends {
     ///
     /// # Errors
     /// The recording cannot be read.
-    pub fn of(recording: &Recording) -> Result<Option<Self>, RecordingError> {
+    pub fn of(recording: &Path) -> Result<Option<Self>, RecordingError> {
+        let recording = Recording::open(recording)?;
         let mut states = States::default();
         let (mut first, mut last): (Option<State>, Option<State>) = (None, None);
         let mut keep = |state: State| {

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::{Case, Study, axis::Set, quantity::Quantity};
-use crate::export::quoted;
+use crate::{export::quoted, words};
 
 /// Width of the first column.
 const LABEL: usize = 36;
@@ -69,11 +69,10 @@ pub fn row(case: &Case, standing: &Case, quantities: &[Quantity]) -> String {
 /// Overrides as they are typed.
 #[must_use]
 pub fn typed(set: &Set) -> String {
-    let quoted = |text: &str| {
-        let plain = text.chars().all(|letter| letter.is_ascii_alphanumeric() || "._-+=".contains(letter));
-        if plain { text.to_owned() } else { format!("'{}'", text.replace('\'', "'\\''")) }
-    };
-    set.iter().map(|(key, value)| format!("--set {}", quoted(&format!("{key}={value}")))).collect::<Vec<_>>().join(" ")
+    set.iter()
+        .map(|(key, value)| format!("--set {}", words::quote(&format!("{key}={value}"))))
+        .collect::<Vec<_>>()
+        .join(" ")
 }
 
 /// The Pareto front and the recommended run.

@@ -1,11 +1,11 @@
 use stagger_messages::Field;
 
 use super::{
-    colour::Range,
+    colour::colour,
     schema::foxglove::{PackedElementField, PointCloud, Pose, Quaternion, Vector3, packed_element_field::NumericType},
     timestamp,
 };
-use crate::Step;
+use crate::{Step, colour::Range};
 
 /// Support of the particles' fields.
 const PARTICLES: &str = "particles";
@@ -47,7 +47,7 @@ pub(super) fn point_cloud(step: &Step, range: &mut Range) -> Option<PointCloud> 
             data.extend_from_slice(&(column.values[row] as f32).to_le_bytes());
         }
         if let Some(values) = coloured {
-            data.extend_from_slice(&range.colour(values[row]));
+            data.extend_from_slice(&colour(range, values[row]));
         }
     }
     let upright = Quaternion { w: 1.0, ..Quaternion::default() };

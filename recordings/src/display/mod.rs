@@ -12,8 +12,7 @@ use prost::Message as _;
 use prost_types::Timestamp;
 use stagger_messages::{Directive, Report, Verdict, directive, report};
 
-use crate::{Body, Message, Outcome, RunInfo, Step, Steps};
-use colour::Range;
+use crate::{Body, Message, Outcome, RunInfo, Step, Steps, colour::Range};
 use schema::foxglove::{Log, log::Level};
 
 /// The types generated from `recordings/proto`.

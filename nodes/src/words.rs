@@ -1,11 +1,11 @@
-//! A command in one text, as `--node NODE=COMMAND` takes it, split into words as a shell would.
+//! Words as a shell takes them: split from one text, as `--node NODE=COMMAND` takes it, and quoted for one.
 
 /// Splits at white space that is neither quoted nor escaped: `'…'` keeps everything, in `"…"` a backslash escapes `"`
 /// and `\`, outside of quotes it escapes any character. Nothing is expanded.
 ///
 /// # Errors
 /// A quote that does not end, a backslash at the end, or no word at all; the text says which.
-pub(super) fn split(text: &str) -> Result<Vec<String>, String> {
+pub(crate) fn split(text: &str) -> Result<Vec<String>, String> {
     let mut words = Vec::new();
     let mut word: Option<String> = None;
     let mut characters = text.chars();
@@ -42,9 +42,15 @@ fn quoted(quote: char, characters: &mut std::str::Chars<'_>, word: &mut String) 
     Err(format!("the quote {quote} has no end"))
 }
 
+/// A word as it is typed in a shell: in quotes where it has more than letters, digits and what no shell reads otherwise.
+pub(crate) fn quote(word: &str) -> String {
+    let plain = word.chars().all(|letter| letter.is_ascii_alphanumeric() || "._-+=".contains(letter));
+    if plain { word.to_owned() } else { format!("'{}'", word.replace('\'', "'\\''")) }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::split;
+    use super::{quote, split};
 
     #[test]
     fn words_are_those_of_a_shell() {
@@ -63,6 +69,14 @@ mod tests {
             [("sh 'a", "the quote ' has no end"), ("sh a\\", "backslash"), ("  ", "a program"), ("''", "a program")]
         {
             assert!(split(text).unwrap_err().contains(message), "{text}");
+        }
+    }
+
+    #[test]
+    fn what_is_quoted_is_one_word_again() {
+        assert_eq!((quote("none"), quote("a=1e-6")), ("none".into(), "a=1e-6".into()));
+        for word in ["{ emissivity = 0.3 }", "it's", "'", "a\\b", "\"x\" y", "$(ls);*"] {
+            assert_eq!(split(&quote(word)).unwrap(), [word]);
         }
     }
 }
