@@ -29,6 +29,7 @@ pub mod router;
 pub mod run;
 pub mod scene_files;
 mod settings;
+mod shared_memory;
 pub mod summary;
 pub mod tradeoff;
 pub mod verify;

@@ -5,7 +5,7 @@
 //! rather than drops, and waits a minute before it gives a link up. Payloads of 3 KiB or more go through shared memory.
 
 use std::{
-    collections::{BTreeMap, VecDeque},
+    collections::BTreeMap,
     path::{Path, PathBuf},
     sync::{Arc, Mutex, OnceLock, PoisonError},
     time::Duration,
@@ -21,18 +21,12 @@ use zenoh::{
     qos::{CongestionControl, Reliability},
     query::{Query, Queryable},
     sample::{Locality, Sample, SampleKind},
-    shm::{GarbageCollect, PosixShmProviderBackend, ShmProvider, ShmProviderBuilder, ZShm, ZShmMut},
 };
 
-use crate::settings::settings;
+use crate::{settings::settings, shared_memory::Pool};
 
 /// Payloads of this many bytes or more go through shared memory; smaller ones cost less in the socket.
 const SHARED_MEMORY_FROM: usize = 3 * 1024;
-/// Pool of one node's outgoing fields, in bytes. A full pool falls back to the socket, with a warning.
-const SHARED_MEMORY_POOL: usize = 256 * 1024 * 1024;
-/// Newest buffers of one key that a publisher keeps; readers copy them out when they arrive. While it holds them,
-/// Zenoh's watchdog does not take them back (eclipse-zenoh/zenoh#2628), however late a reader is scheduled.
-const HELD_BUFFERS: usize = 3;
 
 /// Why the processes of a run cannot talk.
 #[derive(Debug, thiserror::Error)]
@@ -224,6 +218,11 @@ impl Link {
         Ok(Outlet { pool: None, ..self.publisher(key)? })
     }
 
+    /// Says how many processes of the run write into shared memory, of which each may have to lock what all of them have.
+    pub fn share_memory(&self, writers: usize) {
+        self.pool.share(writers);
+    }
+
     /// Has `receive` called for every message on `key`. It runs on Zenoh's thread: it may enqueue, not put.
     ///
     /// # Errors
@@ -389,79 +388,34 @@ impl Outlet {
     /// # Errors
     /// The session is closed.
     pub fn put(&self, attachment: Option<Vec<u8>>, payload: Bytes) -> Result<(), LinkError> {
-        let key = self.publisher.key_expr().as_str();
-        if let Some(first) = self.first.get().filter(|first| first.covers(self.publisher.key_expr())) {
-            let attachment = attachment.clone().map(Bytes::from).unwrap_or_default();
-            first.hear(&Arrival { key: key.to_owned(), attachment, payload: payload.clone() });
-        }
+        self.hear_first(attachment.as_ref(), &payload);
         let body = match &self.pool {
-            Some(pool) if payload.len() >= SHARED_MEMORY_FROM => pool.place(key, payload),
+            Some(pool) if payload.len() >= SHARED_MEMORY_FROM => pool.place(self.publisher.key_expr(), payload),
             _ => payload.into(),
         };
-        self.publisher.put(body).attachment(attachment).wait().map_err(failed(format!("put {key}")))
+        self.send(attachment, body)
     }
-}
 
-/// The shared memory a node's outgoing fields are placed in, made when the first large one is sent.
-#[derive(Default)]
-struct Pool(Mutex<PoolState>);
+    /// Puts one message through the socket whatever its size: it reaches a reader to whom shared memory does not.
+    ///
+    /// # Errors
+    /// The session is closed.
+    pub fn put_by_socket(&self, attachment: Option<Vec<u8>>, payload: Bytes) -> Result<(), LinkError> {
+        self.hear_first(attachment.as_ref(), &payload);
+        self.send(attachment, payload.into())
+    }
 
-#[derive(Default)]
-struct PoolState {
-    provider: Option<ShmProvider<PosixShmProviderBackend>>,
-    unavailable: bool,
-    overflow_told: bool,
-    held: BTreeMap<String, VecDeque<ZShm>>,
-}
-
-impl Pool {
-    fn place(&self, key: &str, payload: Bytes) -> ZBytes {
-        // A poisoned lock means a panic while the state was consistent: nothing in here leaves it half changed.
-        let mut state = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        match state.copy(&payload) {
-            Some(buffer) => {
-                let buffer: ZShm = buffer.into();
-                let held = state.held.entry(key.to_owned()).or_default();
-                held.push_back(buffer.clone());
-                if held.len() > HELD_BUFFERS {
-                    held.pop_front();
-                }
-                buffer.into()
-            }
-            None => payload.into(),
+    fn hear_first(&self, attachment: Option<&Vec<u8>>, payload: &Bytes) {
+        let key = self.publisher.key_expr();
+        if let Some(first) = self.first.get().filter(|first| first.covers(key)) {
+            let attachment = attachment.cloned().map(Bytes::from).unwrap_or_default();
+            first.hear(&Arrival { key: key.to_string(), attachment, payload: payload.clone() });
         }
     }
-}
 
-impl PoolState {
-    fn copy(&mut self, payload: &Bytes) -> Option<ZShmMut> {
-        if self.provider.is_none() && !self.unavailable {
-            match ShmProviderBuilder::default_backend(SHARED_MEMORY_POOL).wait() {
-                Ok(provider) => self.provider = Some(provider),
-                Err(error) => {
-                    self.unavailable = true;
-                    crate::diagnostics::warn(&format!("no shared memory ({error}): fields go through the socket"));
-                }
-            }
-        }
-        let provider = self.provider.as_ref()?;
-        provider.garbage_collect();
-        match provider.alloc(payload.len()).with_policy::<GarbageCollect>().wait() {
-            Ok(mut buffer) => {
-                buffer.as_mut().copy_from_slice(payload);
-                Some(buffer)
-            }
-            Err(error) => {
-                if !self.overflow_told {
-                    self.overflow_told = true;
-                    crate::diagnostics::warn(&format!(
-                        "the shared memory pool of {} MiB is full ({error:?}): fields go through the socket, slower",
-                        SHARED_MEMORY_POOL >> 20
-                    ));
-                }
-                None
-            }
-        }
+    fn send(&self, attachment: Option<Vec<u8>>, body: ZBytes) -> Result<(), LinkError> {
+        let put = self.publisher.put(body).attachment(attachment).wait();
+        put.map_err(|error| failed(format!("put {}", self.publisher.key_expr()))(error))
     }
 }
 

@@ -40,7 +40,10 @@ fn defaults() -> Value {
                 "queue": { "congestion_control": { "block": { "wait_before_close": PATIENCE_US } } },
             } },
             // Large payloads are put into shared memory by the link, where they can be held and a full pool be told.
-            "shared_memory": { "transport_optimization": { "enabled": false } },
+            "shared_memory": {
+                "enabled": crate::shared_memory::is_possible(),
+                "transport_optimization": { "enabled": false },
+            },
         },
     })
 }

@@ -23,5 +23,7 @@ mod replayed;
 mod report;
 mod same_bits;
 mod several_hosts;
+#[cfg(target_os = "linux")]
+mod shared_memory;
 mod tradeoff;
 mod vapour;

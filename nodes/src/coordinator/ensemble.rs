@@ -29,6 +29,7 @@ const STOP_AGAIN: Duration = Duration::from_secs(1);
 impl Remote<'_> {
     /// Listens to the answers of accelerated fields; prepares to publish what takes their place.
     fn accelerate(&mut self, plan: &Plan) -> Result<(), RunError> {
+        self.link.share_memory(plan.nodes.len() + 1);
         let mut seen = BTreeSet::new();
         let all = plan.nodes.iter().flat_map(|node| &node.sources);
         let sources: Vec<Source> =
@@ -60,13 +61,18 @@ impl Remote<'_> {
         }
     }
 
-    fn put_published(&mut self) -> Result<(), RunError> {
+    fn put_published(&mut self, again: bool) -> Result<(), RunError> {
         let (version, fields) = self.published.clone();
         for (name, field) in fields {
             let envelope = self.stamp(&Envelope { version: Some(version), ..Envelope::default() });
             if let Some(outlet) = self.outlets.get(&name) {
                 let attachment = codec::field_attachment(&envelope, &field, None);
-                outlet.put(Some(attachment), field.values().bytes().clone())?;
+                let values = field.values().bytes().clone();
+                if again {
+                    outlet.put_by_socket(Some(attachment), values)?
+                } else {
+                    outlet.put(Some(attachment), values)?
+                }
             }
         }
         Ok(())
@@ -131,7 +137,7 @@ impl Ensemble for Remote<'_> {
                 self.check_silence(begun, &asked, |node| outcomes.contains_key(node), &task.version.to_string())?;
                 if begun.elapsed() >= patience {
                     // A node that still solves takes this for later; one whose message was lost sends it again.
-                    self.put_published()?;
+                    self.put_published(true)?;
                     self.direct(&about, before, directive::Task::Iterate(iterate.clone()))?;
                     patience *= 2;
                 }
@@ -181,7 +187,7 @@ impl Ensemble for Remote<'_> {
 
     fn publish(&mut self, version: Version, fields: &BTreeMap<String, Field>) -> Result<(), RunError> {
         self.published = (version, fields.clone());
-        self.put_published()
+        self.put_published(false)
     }
 
     fn checkpoint(&mut self, version: Version, t_s: f64, course: Vec<u8>) {

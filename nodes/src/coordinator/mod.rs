@@ -282,11 +282,10 @@ impl<'a> Remote<'a> {
             }
         }
         let mut manifests = BTreeMap::new();
-        for node in &self.nodes {
+        for node in &self.nodes.clone() {
             let answer = self.link.ask(&keys::manifest(&self.run, node), patience)?;
-            let Some(answer) = answer.first() else {
-                return Err(RunError::Absent { nodes: vec![format!("`{node}`")], patience });
-            };
+            // It was here; whoever of it is left does not hear.
+            let Some(answer) = answer.first() else { return Err(self.lost(node.clone(), "its start".into())) };
             let manifest: Manifest = codec::decode("manifest", &answer.payload)?;
             if let Some(difference) = difference(&manifest, &self.run, scene_hash) {
                 return Err(RunError::Foreign { node: node.clone(), difference });

@@ -1,0 +1,218 @@
+//! The shared memory a process places its outgoing fields in.
+//!
+//! Zenoh locks all of a segment into memory, in the writer and in every reader. A pool therefore begins small, grows with
+//! the fields, and keeps within what its processes may lock.
+
+use std::{
+    collections::{BTreeMap, VecDeque},
+    sync::{Mutex, PoisonError},
+};
+
+use bytes::Bytes;
+use zenoh::{
+    Wait,
+    bytes::ZBytes,
+    shm::{GarbageCollect, PosixShmProviderBackend, ShmProvider, ShmProviderBuilder, ZShm, ZShmMut},
+};
+
+use crate::diagnostics;
+
+/// The first segment of a process, in bytes.
+const SMALLEST: usize = 2 << 20;
+/// All segments of a process together, in bytes.
+const LARGEST: usize = 256 << 20;
+/// How often a field that does not fit any more fits into the segment made for it: the held ones of a few fields.
+const FITS: usize = 16;
+/// What Zenoh itself locks for each process that writes, in bytes: 1.3 MB were measured.
+const BOOKKEEPING: usize = 2 << 20;
+/// Newest buffers of one key that a publisher keeps; readers copy them out when they arrive. While it holds them,
+/// Zenoh's watchdog does not take them back (eclipse-zenoh/zenoh#2628), however late a reader is scheduled.
+const HELD_BUFFERS: usize = 3;
+/// A payload of this many bytes is slower by the socket to a degree that is worth a word.
+const WORTH_A_WORD: usize = 1 << 18;
+
+/// The segments of a process, made when the first large field is sent.
+pub struct Pool(Mutex<State>);
+
+struct State {
+    /// All but the last were too small; they stay, as readers may be late.
+    segments: Vec<ShmProvider<PosixShmProviderBackend>>,
+    /// Size of the last, in bytes.
+    newest: usize,
+    /// Size of all, in bytes.
+    spent: usize,
+    /// What all may have together, in bytes.
+    budget: usize,
+    told: bool,
+    held: BTreeMap<String, VecDeque<ZShm>>,
+}
+
+impl Default for Pool {
+    fn default() -> Self {
+        Self::within(if locked_memory_bytes().is_some() { 0 } else { LARGEST })
+    }
+}
+
+impl Pool {
+    fn within(budget: usize) -> Self {
+        Self(Mutex::new(State {
+            segments: Vec::new(),
+            newest: 0,
+            spent: 0,
+            budget,
+            told: false,
+            held: BTreeMap::new(),
+        }))
+    }
+
+    /// Says how many processes write into shared memory that each of them reads: where a process may lock little memory,
+    /// that is shared among them. Nothing is placed before that is known.
+    pub fn share(&self, writers: usize) {
+        if let Some(limit) = locked_memory_bytes() {
+            self.state().budget = share_of(limit, writers);
+        }
+    }
+
+    /// The payload in shared memory, or as it is where there is no room.
+    pub fn place(&self, key: &str, payload: Bytes) -> ZBytes {
+        let mut state = self.state();
+        match state.copy(&payload) {
+            Ok(buffer) => {
+                let buffer: ZShm = buffer.into();
+                let held = state.held.entry(key.to_owned()).or_default();
+                held.push_back(buffer.clone());
+                if held.len() > HELD_BUFFERS {
+                    held.pop_front();
+                }
+                buffer.into()
+            }
+            Err(reason) => {
+                if payload.len() >= WORTH_A_WORD && !std::mem::replace(&mut state.told, true) {
+                    diagnostics::warn(&format!("fields go through the socket, slower: {reason}"));
+                }
+                payload.into()
+            }
+        }
+    }
+
+    fn state(&self) -> std::sync::MutexGuard<'_, State> {
+        // A poisoned lock means a panic while the state was consistent: nothing in here leaves it half changed.
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl State {
+    fn copy(&mut self, payload: &Bytes) -> Result<ZShmMut, String> {
+        let mut buffer = match self.allocate(payload.len()) {
+            Some(buffer) => buffer,
+            None => {
+                self.grow(payload.len())?;
+                self.allocate(payload.len()).ok_or("a new segment of shared memory has no room")?
+            }
+        };
+        buffer.as_mut().copy_from_slice(payload);
+        Ok(buffer)
+    }
+
+    fn allocate(&self, length: usize) -> Option<ZShmMut> {
+        let newest = self.segments.last()?;
+        // Before, not only when it is full: memory that was used is warm.
+        newest.garbage_collect();
+        newest.alloc(length).with_policy::<GarbageCollect>().wait().ok()
+    }
+
+    fn grow(&mut self, length: usize) -> Result<(), String> {
+        let wanted = SMALLEST.max(2 * self.newest).max(length.saturating_mul(FITS).next_power_of_two());
+        let size = wanted.min(self.budget.saturating_sub(self.spent));
+        // With less than this the next one of the same field finds no room.
+        if size < SMALLEST.min(length.saturating_mul(2 + HELD_BUFFERS)) || size < length {
+            return Err(self.full());
+        }
+        let segment = ShmProviderBuilder::default_backend(size).wait();
+        self.segments.push(segment.map_err(|error| format!("there is no shared memory ({error})"))?);
+        (self.newest, self.spent) = (size, self.spent + size);
+        Ok(())
+    }
+
+    fn full(&self) -> String {
+        match locked_memory_bytes() {
+            Some(limit) if self.budget < LARGEST => format!(
+                "a process may lock {} MiB of memory, too little for shared memory between them (`ulimit -l` raises it)",
+                limit >> 20
+            ),
+            _ => format!("{} MiB of shared memory are full", self.spent >> 20),
+        }
+    }
+}
+
+/// Whether this process may lock what Zenoh locks for its links alone, some 20 kB each; a session that may not fails to open.
+pub fn is_possible() -> bool {
+    locked_memory_bytes().is_none_or(|limit| limit >= BOOKKEEPING)
+}
+
+/// What one of `writers` may lock where every process locks what all of them have, in bytes.
+fn share_of(limit: usize, writers: usize) -> usize {
+    (limit / writers.max(1)).saturating_sub(BOOKKEEPING).min(LARGEST)
+}
+
+/// How much memory this process may lock, in bytes; `None` is as much as it likes.
+#[cfg(target_os = "linux")]
+fn locked_memory_bytes() -> Option<usize> {
+    use nix::sys::resource::{RLIM_INFINITY, Resource, getrlimit};
+
+    /// `CAP_IPC_LOCK` of linux/capability.h: no limit holds.
+    const IPC_LOCK: u64 = 1 << 14;
+    let (limit, _) = getrlimit(Resource::RLIMIT_MEMLOCK).ok()?;
+    let read = |file: &str| std::fs::read_to_string(file).unwrap_or_default();
+    let status = read("/proc/self/status");
+    let effective = status.lines().find_map(|line| line.strip_prefix("CapEff:"));
+    let capabilities = effective.and_then(|bits| u64::from_str_radix(bits.trim(), 16).ok()).unwrap_or_default();
+    // A capability in a namespace of users does not count here.
+    let outside = read("/proc/self/uid_map").split_whitespace().eq(["0", "0", "4294967295"]);
+    let unlimited = limit == RLIM_INFINITY || outside && capabilities & IPC_LOCK != 0;
+    (!unlimited).then(|| usize::try_from(limit).unwrap_or(usize::MAX))
+}
+
+#[cfg(not(target_os = "linux"))]
+fn locked_memory_bytes() -> Option<usize> {
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Puts ten fields of some size, each of which must come out as it went in.
+    fn put(pool: &Pool, bytes: usize) -> bool {
+        let mut shared = true;
+        for round in 0..10_u8 {
+            let payload = Bytes::from(vec![round; bytes]);
+            let placed = pool.place("field", payload.clone());
+            shared &= placed.as_shm().is_some();
+            assert_eq!(*placed.to_bytes(), *payload);
+        }
+        shared
+    }
+
+    #[test]
+    fn a_pool_grows_with_the_fields_and_keeps_within_its_budget() {
+        let pool = Pool::within(32 << 20);
+        assert!(put(&pool, 24_000));
+        assert_eq!(pool.state().spent, SMALLEST, "a small scene locks little");
+        assert!(put(&pool, 600_000));
+        assert_eq!(pool.state().spent, SMALLEST + (16 << 20));
+        assert!(!put(&pool, 8 << 20), "what does not fit goes through the socket");
+        assert!(pool.state().spent <= 32 << 20);
+        assert!(put(&pool, 24_000), "and what fits does not");
+    }
+
+    #[test]
+    fn a_small_limit_of_locked_memory_is_shared_among_the_writers() {
+        let mib = |bytes: usize| bytes as f64 / f64::from(1 << 20);
+        assert_eq!(mib(share_of(64 << 20, 4)), 14.0);
+        assert_eq!(share_of(8 << 20, 4), 0);
+        assert_eq!(share_of(usize::MAX, 4), LARGEST);
+        let pool = Pool::within(0);
+        assert!(!put(&pool, 24_000) && pool.state().segments.is_empty());
+    }
+}
