@@ -1,8 +1,9 @@
 //! The link between the processes of a run: the only file that knows Zenoh.
 //!
 //! A run is a star. The coordinator's session is the hub and listens, nodes connect to it as clients, or all connect to
-//! a router; there is no scouting and no gossip, so nothing leaves the endpoints given. Every put is reliable, blocks
-//! rather than drops, and waits a minute before it gives a link up. Payloads of 3 KiB or more go through shared memory.
+//! a router; there is no scouting and no gossip, so nothing leaves the endpoints given. A node's put waits a minute for its
+//! link; the hub, which forwards for all, gives a message to a node that takes nothing up after a second: what is lost is
+//! asked for again, and a node that stays away loses its lease. Payloads of 3 KiB or more go through shared memory.
 
 use std::{
     collections::BTreeMap,
@@ -185,15 +186,27 @@ impl Link {
         Ok(Self { session, first: Arc::default(), pool: Arc::default(), shares: matches!(role, Role::Node { .. }) })
     }
 
-    /// Prepares to put on `key`.
+    /// Prepares to put on `key` what is asked for again where it is lost.
     ///
     /// # Errors
     /// The key is not valid.
     pub fn publisher(&self, key: String) -> Result<Outlet, LinkError> {
+        self.declare(key, CongestionControl::Drop)
+    }
+
+    /// Prepares to put on `key` what every reader is waited for with: for a minute, after which it is cut off.
+    ///
+    /// # Errors
+    /// The key is not valid.
+    pub fn publisher_that_waits(&self, key: String) -> Result<Outlet, LinkError> {
+        self.declare(key, CongestionControl::Block)
+    }
+
+    fn declare(&self, key: String, when_congested: CongestionControl) -> Result<Outlet, LinkError> {
         let publisher = self
             .session
             .declare_publisher(key.clone())
-            .congestion_control(CongestionControl::Block)
+            .congestion_control(when_congested)
             .reliability(Reliability::Reliable)
             .express(true)
             .wait()

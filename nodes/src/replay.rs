@@ -101,7 +101,7 @@ fn put(
     let outlet = match outlets.entry(format!("stagger/{}/{}", recording.info.run, message.topic)) {
         Entry::Occupied(outlet) => outlet.into_mut(),
         Entry::Vacant(place) => {
-            let outlet = link.publisher(place.key().clone())?;
+            let outlet = link.publisher_that_waits(place.key().clone())?;
             place.insert(outlet)
         }
     };

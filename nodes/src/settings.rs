@@ -8,8 +8,11 @@ use crate::link::{LinkError, Role};
 
 /// How long a stopped process is taken for alive, in ms.
 const LEASE_MS: u64 = 5_000;
-/// How long a put waits for a link that does not drain before it closes it, in µs.
+/// How long a put waits for a link that does not drain before the message is given up, or the link, in µs.
 const PATIENCE_US: u64 = 60_000_000;
+/// The same for the hub, in shares of the lease: for a message, and for the pieces of a large one together. The threads that wait
+/// are those that hear from all nodes, which nobody may take for dead because one of them has stopped.
+const HUB_PATIENCE: [f64; 2] = [0.2, 0.4];
 /// How long a process tries to reach an endpoint that does not answer yet, in ms.
 const CONNECT_MS: u64 = 10_000;
 
@@ -18,12 +21,16 @@ const CONNECT_MS: u64 = 10_000;
 /// # Errors
 /// The file cannot be read or is not JSON5.
 pub fn settings(role: &Role, file: Option<&Path>) -> Result<Value, LinkError> {
-    let mut settings = defaults();
+    let mut said = Value::Null;
     if let Some(path) = file {
         let about = |message: String| LinkError::Config { path: path.into(), message };
         let text = std::fs::read_to_string(path).map_err(|error| about(error.to_string()))?;
-        let mut said = json5::from_str(&text).map_err(|error| about(error.to_string()))?;
+        said = json5::from_str(&text).map_err(|error| about(error.to_string()))?;
         anchor(&mut said, path.parent().unwrap_or(Path::new("")));
+    }
+    let lease_ms = said.pointer("/transport/link/tx/lease").and_then(Value::as_u64).unwrap_or(LEASE_MS);
+    let mut settings = defaults(role, lease_ms);
+    if !said.is_null() {
         merge(&mut settings, said);
     }
     merge(&mut settings, fixed(role));
@@ -31,13 +38,23 @@ pub fn settings(role: &Role, file: Option<&Path>) -> Result<Value, LinkError> {
 }
 
 /// What a file may change.
-fn defaults() -> Value {
+fn defaults(role: &Role, lease_ms: u64) -> Value {
+    let patience_us = match role {
+        Role::Node { .. } => [PATIENCE_US; 2],
+        Role::Hub { .. } | Role::Router { .. } => HUB_PATIENCE.map(|share| (share * lease_ms as f64 * 1e3) as u64),
+    };
     json!({
         "connect": { "timeout_ms": CONNECT_MS, "exit_on_failure": true },
         "transport": {
             "link": { "tx": {
                 "lease": LEASE_MS,
-                "queue": { "congestion_control": { "block": { "wait_before_close": PATIENCE_US } } },
+                "queue": { "congestion_control": {
+                    "drop": {
+                        "wait_before_drop": patience_us[0],
+                        "max_wait_before_drop_fragments": patience_us[1],
+                    },
+                    "block": { "wait_before_close": PATIENCE_US },
+                } },
             } },
             // Large payloads are put into shared memory by the link, where they can be held and a full pool be told.
             "shared_memory": {
@@ -113,8 +130,8 @@ mod tests {
             (&link["tls"]["root_ca_certificate"], &link["tls"]["connect_private_key"]),
             (&json!(root), &json!("/own.key"))
         );
-        let block = &link["tx"]["queue"]["congestion_control"]["block"];
-        assert_eq!(block["wait_before_close"], json!(PATIENCE_US), "what the file is silent about stays ours");
+        let waits = &link["tx"]["queue"]["congestion_control"]["drop"];
+        assert_eq!(waits["wait_before_drop"], json!(4_000_000), "what the file is silent about stays ours");
         assert_eq!(settings["access_control"]["enabled"], true);
     }
 

@@ -129,9 +129,10 @@ fn three_lasers_on_five_nodes_share_one_bed() {
 fn deposition_warms_by_less_than_a_kelvin() {
     let summary = run(&Pinned {
         scene: "deposition.toml",
-        counts: [406, 0, 815],
-        means: &[("temperature", 300.3929547130144), ("contact_area", 5.3832967423643136e-12)],
-        imbalance: &[("particles", 5e-3), ("thermal", ROUNDING)],
+        counts: [208, 0, 487],
+        means: &[("temperature", 300.39577542434466), ("contact_area", 5.339926115501167e-12)],
+        // Second order in the substep: 6.2e-3 at 0.4 us, 1e-3 at 0.16 us.
+        imbalance: &[("particles", 8e-3), ("thermal", ROUNDING)],
     });
     let temperature = field_of(&summary, "temperature");
     // Zohdi 2018, section 6.5, scenario 1: about one kelvin from the warm plate alone.
@@ -143,10 +144,10 @@ fn deposition_warms_by_less_than_a_kelvin() {
 fn deposition_laser_heats_by_several_hundred_kelvin() {
     let summary = run(&Pinned {
         scene: "deposition-laser.toml",
-        counts: [406, 0, 1113],
-        means: &[("temperature", 589.2342426705869), ("contact_area", 7.234822028867658e-12)],
+        counts: [208, 0, 567],
+        means: &[("temperature", 588.6727060773916), ("contact_area", 7.140540042502203e-12)],
         imbalance: &[
-            ("particles", 5e-3),
+            ("particles", 8e-3),
             ("thermal", ROUNDING),
             ("optics", ROUNDING),
             ("absorbed: optics to thermal", ROUNDING),

@@ -16,13 +16,15 @@ import zenoh
 from zenoh import handlers
 
 # As in nodes/src/settings.rs. What a file may change: how long a stopped process is taken for alive, and how long a put
-# waits for a slow link. What a node puts goes through the socket: shared memory, which Zenoh would choose by itself,
-# ends with its process, whoever has yet to read it. What others put there is read all the same.
+# waits for a slow link, after which the message is given up: what is lost is asked for again. What a node puts goes
+# through the socket: shared memory, which Zenoh would choose by itself, ends with its process, whoever has yet to read it.
+# What others put there is read all the same.
 _DEFAULTS = {
     "connect/timeout_ms": "10000",
     "connect/exit_on_failure": "true",
     "transport/link/tx/lease": "5000",
-    "transport/link/tx/queue/congestion_control/block/wait_before_close": "60000000",
+    "transport/link/tx/queue/congestion_control/drop/wait_before_drop": "60000000",
+    "transport/link/tx/queue/congestion_control/drop/max_wait_before_drop_fragments": "60000000",
     "transport/shared_memory/transport_optimization/enabled": "false",
 }
 # What it may not: the endpoint is the one given, and nothing is looked for beyond it.
@@ -81,7 +83,7 @@ class Link:
         """A function that puts an attachment and a payload on a key."""
         publisher = self._session.declare_publisher(
             key,
-            congestion_control=zenoh.CongestionControl.BLOCK,
+            congestion_control=zenoh.CongestionControl.DROP,
             reliability=zenoh.Reliability.RELIABLE,
             express=True,
         )

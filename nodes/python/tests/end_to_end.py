@@ -174,7 +174,7 @@ class WholeRun(unittest.TestCase):
         ours = self.run_scene("deposition-laser.toml", "--record", str(self.folder / "python.mcap"), *self.node())
         seconds = middle - begun, time.monotonic() - middle
         self.assertEqual(ours["refused"], 0)
-        self.assertGreater(ours["steps"]["accepted"], 400)
+        self.assertGreater(ours["steps"]["accepted"], 200)
         difference = self.assert_like(ours, built_in)
         print(f"\nbuilt-in {seconds[0]:.1f} s, Python {seconds[1]:.1f} s; largest relative differences", difference)
         self.assertEqual(self.processes(), [])
@@ -194,7 +194,7 @@ class WholeRun(unittest.TestCase):
         command = [PROGRAM, "verify", file, "--node", "thermal", "--with", shlex.join([sys.executable, str(EXAMPLE)])]
         verified = subprocess.run([*command, "--tolerance", "1e-9", "--json"], capture_output=True, text=True)
         self.assertEqual(verified.returncode, 0, verified.stdout + verified.stderr)
-        self.assertGreater(json.loads(verified.stdout)["steps"], 100)
+        self.assertGreater(json.loads(verified.stdout)["steps"], 50)
         self.assertEqual(self.processes(), [])
 
     def test_a_node_of_its_own_rate_goes_on_with_the_same_bits_after_its_death_and_from_a_recording(self) -> None:

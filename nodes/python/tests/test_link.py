@@ -7,7 +7,7 @@ from pathlib import Path
 
 from stagger.link import settings
 
-LEASE, WAIT = "transport/link/tx/lease", "transport/link/tx/queue/congestion_control/block/wait_before_close"
+LEASE, WAIT = "transport/link/tx/lease", "transport/link/tx/queue/congestion_control/drop/wait_before_drop"
 TLS = "transport/link/tls/"
 
 

@@ -8,6 +8,7 @@ mod layers;
 mod layout;
 mod plots;
 mod show;
+mod walls;
 mod web;
 
 use std::{
@@ -22,6 +23,7 @@ use frame::{Marks, Overview, bounds_m};
 use layers::{Layers, f64s, largest_current};
 use plots::Plots;
 use show::{Moment, Show};
+use walls::Walls;
 use stagger_messages::Verdict;
 use stagger_recordings::{Messages, Recording, RunInfo, Step, Steps, colour, messages_from};
 
@@ -130,6 +132,7 @@ struct Player {
     overview: Option<Overview>,
     /// Whether the colours' range is known to hold for the whole run.
     surveyed: bool,
+    walls: Walls,
     marks: Marks,
 }
 
@@ -137,13 +140,18 @@ impl Player {
     fn open(arguments: &Arguments, info: &RunInfo) -> Result<Self, Box<dyn Error>> {
         let show = Show::open(&arguments.target, &info.run)?;
         show.text(description(info))?;
+        let walls = Walls::of(info).unwrap_or_else(|problem| {
+            eprintln!("warning: the walls are not drawn, as the scene cannot be read: {problem}");
+            Walls::default()
+        });
         let (steps, plots) = (Steps::default(), Plots::default());
-        Ok(Self { show, steps, plots, overview: None, surveyed: false, marks: arguments.marks })
+        Ok(Self { show, steps, plots, overview: None, surveyed: false, walls, marks: arguments.marks })
     }
 
     fn set_up(&mut self, overview: Overview) -> Result<(), Box<dyn Error>> {
         self.show.arrange(&overview)?;
         self.show.legends(&overview.layers)?;
+        self.show.walls(&self.walls.outlines(&overview), overview.view)?;
         self.surveyed = overview.duration_s.is_some();
         self.overview = Some(overview);
         Ok(())
@@ -161,6 +169,7 @@ impl Player {
             if let Some(outcome) = &progress.outcome {
                 self.plots.iteration(outcome);
                 if outcome.decision.verdict() == Verdict::Accept {
+                    outcome.reports.values().for_each(|report| self.walls.hear(report));
                     let (t_s, step) = (outcome.decision.t_s, outcome.version.step);
                     let points = self.plots.accepted(outcome, self.steps.accounts().ledger());
                     self.show.points(&points, Moment { t_s, step, iteration: outcome.iteration })?;
@@ -196,6 +205,7 @@ impl Player {
             let moment = Moment { t_s: step.t_s, step: step.version.step, iteration };
             let frame = overview.frame(&step.fields, self.marks);
             self.show.frame(frame, &overview.layers, moment)?;
+            self.show.places(self.walls.places(step.t_s, overview.unit.per_metre), moment)?;
             self.show.points(&self.plots.state(step), moment)?;
         }
         Ok(())

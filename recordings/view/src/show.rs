@@ -7,12 +7,12 @@ use std::{
 
 use rerun::{
     Arrows3D, AsComponents, Clear, Color, Image, LineStrips3D, Mesh3D, Points2D, Points3D, RecordingStream,
-    RecordingStreamBuilder, RecordingStreamError, Scalars, SeriesLines, SpawnError, SpawnOptions, TextDocument,
+    RecordingStreamBuilder, RecordingStreamError, Scalars, SeriesLines, SpawnError, SpawnOptions, TextDocument, Transform3D,
     ViewCoordinates,
     blueprint::components::{BackgroundKind, ContainerKind, Corner2D, Eye3DKind, LoopMode, PanelState, PlayState},
     datatypes::{AbsoluteTimeRange, Range2D, TimeInt, Uuid},
     external::{
-        re_log_types::{BlueprintActivationCommand, LogMsg},
+        re_log_types::{BlueprintActivationCommand, EntityPathPart, LogMsg},
         re_sdk_types::blueprint::archetypes::{
             Background, ContainerBlueprint, EyeControls3D, LineGrid3D, PanelBlueprint, PlotLegend, TimePanelBlueprint,
             ViewBlueprint, ViewContents, ViewportBlueprint, VisualBounds2D,
@@ -27,6 +27,7 @@ use crate::{
     layers::{Layer, Layers, On},
     layout::{self, Part},
     plots::Point,
+    walls::{Outline, Place},
     web::Server,
 };
 use stagger_messages::codec;
@@ -49,6 +50,10 @@ const CURVES: [[u8; 3]; 7] = [
     [0xd5, 0x5e, 0x00],
     [0x00, 0x72, 0xb2],
 ];
+/// Colour of walls, whose surfaces hide next to nothing; and half the width of their edges, in shares of a picture.
+const WALL: [u8; 3] = [0x50, 0x58, 0x60];
+const WALL_OPACITY: u8 = 14;
+const WALL_EDGE: f64 = 1e-3;
 /// How long a viewer may take to start and to answer.
 const ANSWER: Duration = Duration::from_secs(20);
 /// Corners of the polygon that stands for the beam's spot.
@@ -96,6 +101,7 @@ pub struct Show {
     /// The curves whose style was sent.
     known: BTreeSet<String>,
     drawn: Frame,
+    places: BTreeMap<String, Place>,
     /// The server, where a browser shows it.
     server: Option<Server>,
 }
@@ -125,7 +131,7 @@ impl Show {
         if let Some(server) = &server {
             println!("open {} in a browser; Ctrl-C ends it", server.page());
         }
-        Ok(Self { stream, curves: BTreeMap::new(), known: BTreeSet::new(), drawn: Frame::default(), server })
+        Ok(Self { stream, curves: BTreeMap::new(), known: BTreeSet::new(), drawn: Frame::default(), places: BTreeMap::new(), server })
     }
 
     /// Shows a text in Markdown.
@@ -144,6 +150,41 @@ impl Show {
             let texts = ticks.iter().map(|(_, text)| text.as_str());
             let labels = Points2D::new(places).with_labels(texts).with_radii([0.01]).with_show_labels(true);
             self.stream.log_static(format!("{path}/values"), &labels.with_colors([INK]))?;
+        }
+        Ok(())
+    }
+
+    /// Shows walls where they stand at the start, in a picture between two corners.
+    pub fn walls(&self, outlines: &[Outline], [low, high]: [[f64; 3]; 2]) -> Result<(), ShowError> {
+        let width = (0..3).map(|axis| high[axis] - low[axis]).fold(0.0, f64::max) * WALL_EDGE;
+        let [red, green, blue] = WALL;
+        for outline in outlines {
+            let path = path_of_wall(&outline.name);
+            let count = outline.corners.len() as u32 / 3;
+            let surface = Mesh3D::new(outline.corners.iter().copied())
+                .with_triangle_indices((0..count).map(|triangle| [0, 1, 2].map(|corner| 3 * triangle + corner)))
+                .with_albedo_factor(*Color::from_unmultiplied_rgba(red, green, blue, WALL_OPACITY));
+            self.stream.log_static(format!("{path}/surface"), &surface)?;
+            let edges = LineStrips3D::new(outline.edges.iter().copied()).with_radii([width as f32]);
+            let edges = edges.with_colors([Color::from_rgb(red, green, blue)]);
+            self.stream.log_static(format!("{path}/edges"), &edges)?;
+        }
+        Ok(())
+    }
+
+    /// Shows where walls that move are.
+    pub fn places<'a>(
+        &mut self,
+        places: impl Iterator<Item = (&'a str, Place)>,
+        moment: Moment,
+    ) -> Result<(), ShowError> {
+        self.at(moment);
+        for (wall, place) in places {
+            if self.places.get(wall) != Some(&place) {
+                let transform = Transform3D::from_translation_mat3x3(place.origin, place.axes);
+                self.stream.log(path_of_wall(wall), &transform)?;
+                self.places.insert(wall.into(), place);
+            }
         }
         Ok(())
     }
@@ -318,6 +359,11 @@ impl Show {
         self.stream.flush_blocking().map_err(|error| ShowError::Flush(error.to_string()))?;
         self.server.map_or(Ok(()), Server::wait)
     }
+}
+
+/// Where a wall stands among the data; a name in quotes may hold any sign.
+fn path_of_wall(name: &str) -> String {
+    format!("world/walls/{}", EntityPathPart::new(name).escaped_string())
 }
 
 /// Writes the layout of the window in the viewer's terms.

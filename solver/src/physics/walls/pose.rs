@@ -65,6 +65,13 @@ impl Pose {
         self.rotation.as_ref().map_or(*direction, |rotation| rotation * direction)
     }
 
+    /// Where the wall's own frame is in the scene: its origin, in m, and its three axes.
+    #[must_use]
+    pub fn frame(&self) -> ([f64; 3], [[f64; 3]; 3]) {
+        let axis = |axis| self.to_world_direction(&Vec3::ith(axis, 1.0)).into();
+        (self.to_world(&Vec3::zeros()).into(), [axis(0), axis(1), axis(2)])
+    }
+
     /// Velocity in m/s of the wall's material at a position of the scene, in m.
     #[inline]
     #[must_use]

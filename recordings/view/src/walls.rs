@@ -1,0 +1,190 @@
+//! The walls of a run's scene: their surfaces and edges, and where they are.
+
+use std::collections::BTreeMap;
+
+use stagger_messages::Done;
+use stagger_recordings::RunInfo;
+use stagger_solver::{
+    physics::walls::{Motion, Wall, WallState},
+    scene::Scene,
+};
+
+use crate::frame::Overview;
+
+/// Cosine of the angle between two faces below which the edge between them is drawn: 20 degrees, which leaves out those
+/// between the pieces that a cylinder is drawn with.
+const SHARP: f64 = 0.94;
+
+/// The walls of a run.
+#[derive(Default)]
+pub struct Walls {
+    list: Vec<Wall>,
+    /// How far those that a force moves have come, in m.
+    displaced_m: BTreeMap<String, f64>,
+}
+
+/// A wall in its own frame, in the pictures' unit of length.
+#[derive(Debug, PartialEq)]
+pub struct Outline {
+    /// Its name.
+    pub name: String,
+    /// Corners of its triangles, three each.
+    pub corners: Vec<[f32; 3]>,
+    /// Its edges.
+    pub edges: Vec<[[f32; 3]; 2]>,
+}
+
+/// Where a wall's frame is, in the pictures' unit of length.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// Its origin.
+    pub origin: [f32; 3],
+    /// Its axes.
+    pub axes: [[f32; 3]; 3],
+}
+
+impl Walls {
+    /// Those of the scene that was recorded.
+    ///
+    /// # Errors
+    /// The scene, in words: one of another version of the program may have keys that are not known.
+    pub fn of(info: &RunInfo) -> Result<Self, String> {
+        let read = |path: &str| info.files.get(path).map(|file| file.to_vec()).ok_or_else(|| "not recorded".to_owned());
+        let scene = Scene::parse_with_files(&info.scene_text, &info.scene_file, &info.overrides, &read);
+        let scene = scene.map_err(|problems| problems.to_string())?;
+        let list = scene.particles.map(|particles| particles.walls).unwrap_or_default();
+        Ok(Self { list, displaced_m: BTreeMap::new() })
+    }
+
+    /// Takes what a node says of walls that a force moves.
+    pub fn hear(&mut self, report: &Done) {
+        for wall in self.list.iter().filter(|wall| matches!(wall.motion, Motion::Pressed(_))) {
+            if let Some(displacement_m) = report.figures.get(&format!("displacement of {} [m]", wall.name)) {
+                self.displaced_m.insert(wall.name.clone(), *displacement_m);
+            }
+        }
+    }
+
+    /// Their shapes; what is infinite is cut to about what the camera shows.
+    pub fn outlines(&self, overview: &Overview) -> Vec<Outline> {
+        let per_metre = overview.unit.per_metre;
+        let [lower_m, upper_m] = overview.view.map(|corner| corner.map(|length| length / per_metre));
+        let outline = |wall: &Wall| {
+            let triangles = wall.shape.triangles(lower_m, upper_m);
+            let scaled = |point: [f64; 3]| point.map(|length| (length * per_metre) as f32);
+            Outline {
+                name: wall.name.clone(),
+                corners: triangles.iter().flatten().map(|corner| scaled(*corner)).collect(),
+                edges: edges(&triangles).into_iter().map(|edge| edge.map(scaled)).collect(),
+            }
+        };
+        self.list.iter().map(outline).collect()
+    }
+
+    /// Where those that move are at a time, in s.
+    pub fn places(&self, t_s: f64, per_metre: f64) -> impl Iterator<Item = (&str, Place)> {
+        self.list.iter().filter(|wall| wall.motion != Motion::Fixed).map(move |wall| {
+            let displacement_m = self.displaced_m.get(&wall.name).copied().unwrap_or_default();
+            let (origin, axes) = wall.motion.pose(t_s, &WallState { displacement_m, speed_m_s: 0.0 }).frame();
+            let origin = origin.map(|length| (length * per_metre) as f32);
+            (wall.name.as_str(), Place { origin, axes: axes.map(|axis| axis.map(|component| component as f32)) })
+        })
+    }
+}
+
+/// The edges of triangles at which the surface ends or turns sharply.
+fn edges(triangles: &[[[f64; 3]; 3]]) -> Vec<[[f64; 3]; 2]> {
+    // Corners that are the same point have the same bits: they come from one number.
+    let mut normals: BTreeMap<[[u64; 3]; 2], Vec<[f64; 3]>> = BTreeMap::new();
+    for [a, b, c] in triangles {
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            let mut edge = [from, to].map(|corner| corner.map(f64::to_bits));
+            edge.sort_unstable();
+            normals.entry(edge).or_default().push(normal(a, b, c));
+        }
+    }
+    let drawn = normals.into_iter().filter(|(_, faces)| match faces.as_slice() {
+        // Either may be wound the other way round.
+        [one, other] => one.iter().zip(other).map(|(a, b)| a * b).sum::<f64>().abs() < SHARP,
+        _ => true,
+    });
+    drawn.map(|(edge, _)| edge.map(|corner| corner.map(f64::from_bits))).collect()
+}
+
+fn normal(a: &[f64; 3], b: &[f64; 3], c: &[f64; 3]) -> [f64; 3] {
+    let [u, v]: [[f64; 3]; 2] = [b, c].map(|corner| std::array::from_fn(|axis| corner[axis] - a[axis]));
+    let across = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+    let length = across.iter().map(|component| component * component).sum::<f64>().sqrt();
+    across.map(|component| component / length.max(f64::MIN_POSITIVE))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{frame::LengthUnit, layers::Layers};
+
+    const SCENE: &str = r#"
+duration = "1 ms"
+[particles]
+count  = 1
+radius = "25 um"
+start  = { kind = "lattice", box = ["0.1 mm", "0.1 mm", "0.1 mm"] }
+[walls.plate]
+plane = { through = [0, 0, 0], normal = [0, 0, 1] }
+[walls.box]
+box  = { lower = ["-1 mm", "-1 mm", "-1 mm"], upper = ["1 mm", "1 mm", "1 mm"], open = ["+z"] }
+[walls.tube]
+cylinder = { through = [0, 0, 0], axis = [0, 0, 1], radius = "1 mm", length = "2 mm" }
+[walls.lid]
+plane  = { through = [0, 0, "1 mm"], normal = [0, 0, -1] }
+motion = { kind = "pressed", force = "1 N", mass = "1 kg", direction = [0, 0, -1] }
+[walls.belt]
+plane  = { through = [0, 0, "-1 mm"], normal = [0, 0, 1] }
+motion = { kind = "constant", velocity = [0.5, 0, 0] }
+[coupling]
+dt = "10 us"
+"#;
+
+    fn walls() -> Walls {
+        Walls::of(&RunInfo { scene_text: SCENE.into(), ..RunInfo::default() }).unwrap()
+    }
+
+    #[test]
+    fn walls_have_edges_where_they_end_or_turn() {
+        let overview = Overview {
+            layers: Layers::default(),
+            unit: LengthUnit { per_metre: 1e3, symbol: "mm" },
+            view: [[-1.0; 3], [1.0; 3]],
+            ground: None,
+            repeated_s: None,
+            duration_s: None,
+        };
+        let outlines = walls().outlines(&overview);
+        let counts: BTreeMap<_, _> = outlines
+            .iter()
+            .map(|outline| (outline.name.as_str(), (outline.corners.len() / 3, outline.edges.len())))
+            .collect();
+        // A rectangle; a box without its lid, which has all twelve edges; two circles of 48 pieces.
+        assert_eq!((counts["plate"], counts["box"], counts["tube"]), ((2, 4), (10, 12), (96, 96)));
+        let box_of_unit_length = outlines.iter().find(|outline| outline.name == "box").unwrap();
+        assert!(box_of_unit_length.corners.iter().flatten().all(|length| length.abs() == 1.0));
+    }
+
+    #[test]
+    fn moving_walls_are_where_their_motion_and_reports_say() {
+        let mut walls = walls();
+        let displacement = BTreeMap::from([("displacement of lid [m]".to_owned(), 2e-4)]);
+        walls.hear(&Done { figures: displacement, ..Done::default() });
+        let places: BTreeMap<_, _> = walls.places(1e-3, 1e3).collect();
+        assert_eq!(places.keys().copied().collect::<Vec<_>>(), ["belt", "lid"]);
+        let near = |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-6);
+        assert!(near(places["belt"].origin, [0.5, 0.0, 0.0]) && near(places["lid"].origin, [0.0, 0.0, -0.2]));
+        assert_eq!(places["lid"].axes, [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
+    }
+
+    #[test]
+    fn a_scene_that_cannot_be_read_is_told() {
+        let info = RunInfo { scene_text: "duration = \"1 ms\"\n[glaze]\n".into(), ..RunInfo::default() };
+        assert!(Walls::of(&info).err().unwrap().contains("glaze"));
+    }
+}
