@@ -23,9 +23,9 @@ use frame::{Marks, Overview, bounds_m};
 use layers::{Layers, f64s, largest_current};
 use plots::Plots;
 use show::{Moment, Show};
-use walls::Walls;
 use stagger_messages::Verdict;
 use stagger_recordings::{Messages, Recording, RunInfo, Step, Steps, colour, messages_from};
+use walls::Walls;
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();

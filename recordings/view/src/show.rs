@@ -7,8 +7,8 @@ use std::{
 
 use rerun::{
     Arrows3D, AsComponents, Clear, Color, Image, LineStrips3D, Mesh3D, Points2D, Points3D, RecordingStream,
-    RecordingStreamBuilder, RecordingStreamError, Scalars, SeriesLines, SpawnError, SpawnOptions, TextDocument, Transform3D,
-    ViewCoordinates,
+    RecordingStreamBuilder, RecordingStreamError, Scalars, SeriesLines, SpawnError, SpawnOptions, TextDocument,
+    Transform3D, ViewCoordinates,
     blueprint::components::{BackgroundKind, ContainerKind, Corner2D, Eye3DKind, LoopMode, PanelState, PlayState},
     datatypes::{AbsoluteTimeRange, Range2D, TimeInt, Uuid},
     external::{
@@ -52,7 +52,7 @@ const CURVES: [[u8; 3]; 7] = [
 ];
 /// Colour of walls, whose surfaces hide next to nothing; and half the width of their edges, in shares of a picture.
 const WALL: [u8; 3] = [0x50, 0x58, 0x60];
-const WALL_OPACITY: u8 = 14;
+const WALL_OPACITY: u8 = 24;
 const WALL_EDGE: f64 = 1e-3;
 /// How long a viewer may take to start and to answer.
 const ANSWER: Duration = Duration::from_secs(20);
@@ -131,7 +131,14 @@ impl Show {
         if let Some(server) = &server {
             println!("open {} in a browser; Ctrl-C ends it", server.page());
         }
-        Ok(Self { stream, curves: BTreeMap::new(), known: BTreeSet::new(), drawn: Frame::default(), places: BTreeMap::new(), server })
+        Ok(Self {
+            stream,
+            curves: BTreeMap::new(),
+            known: BTreeSet::new(),
+            drawn: Frame::default(),
+            places: BTreeMap::new(),
+            server,
+        })
     }
 
     /// Shows a text in Markdown.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use stagger_messages::Done;
 use stagger_recordings::RunInfo;
 use stagger_solver::{
-    physics::walls::{Motion, Wall, WallState},
+    physics::walls::{Motion, Plane, Shape, Wall, WallState},
     scene::Scene,
 };
 
@@ -65,12 +65,18 @@ impl Walls {
         }
     }
 
-    /// Their shapes; what is infinite is cut to about what the camera shows.
+    /// Their shapes; what is infinite is cut to about what the camera shows, and what lies behind a plane at rest, where no
+    /// particle can be, is left out.
     pub fn outlines(&self, overview: &Overview) -> Vec<Outline> {
         let per_metre = overview.unit.per_metre;
         let [lower_m, upper_m] = overview.view.map(|corner| corner.map(|length| length / per_metre));
         let outline = |wall: &Wall| {
-            let triangles = wall.shape.triangles(lower_m, upper_m);
+            let mut triangles = wall.shape.triangles(lower_m, upper_m);
+            if wall.motion == Motion::Fixed {
+                for plane in self.planes().filter(|plane| wall.shape != Shape::Plane(*plane)) {
+                    triangles = triangles.iter().flat_map(|triangle| in_front(triangle, &plane)).collect();
+                }
+            }
             let scaled = |point: [f64; 3]| point.map(|length| (length * per_metre) as f32);
             Outline {
                 name: wall.name.clone(),
@@ -79,6 +85,13 @@ impl Walls {
             }
         };
         self.list.iter().map(outline).collect()
+    }
+
+    fn planes(&self) -> impl Iterator<Item = Plane> {
+        self.list.iter().filter(|wall| wall.motion == Motion::Fixed).filter_map(|wall| match wall.shape {
+            Shape::Plane(plane) => Some(plane),
+            _ => None,
+        })
     }
 
     /// Where those that move are at a time, in s.
@@ -90,6 +103,26 @@ impl Walls {
             (wall.name.as_str(), Place { origin, axes: axes.map(|axis| axis.map(|component| component as f32)) })
         })
     }
+}
+
+/// What of a triangle lies on the side of a plane that its normal points to, as triangles.
+fn in_front(triangle: &[[f64; 3]; 3], plane: &Plane) -> Vec<[[f64; 3]; 3]> {
+    let height = |corner: &[f64; 3]| -> f64 {
+        (0..3).map(|axis| (corner[axis] - plane.through[axis]) * plane.normal[axis]).sum()
+    };
+    let mut corners: Vec<[f64; 3]> = Vec::new();
+    for (from, to) in [(0, 1), (1, 2), (2, 0)].map(|(from, to)| (&triangle[from], &triangle[to])) {
+        if height(from) >= 0.0 {
+            corners.push(*from);
+        }
+        if (height(from) < 0.0) != (height(to) < 0.0) {
+            // From the same end for both triangles of an edge, so that they meet in the same point to the last bit.
+            let (below, above) = if height(from) < 0.0 { (from, to) } else { (to, from) };
+            let share = height(below) / (height(below) - height(above));
+            corners.push(std::array::from_fn(|axis| below[axis] + share * (above[axis] - below[axis])));
+        }
+    }
+    (2..corners.len()).map(|last| [corners[0], corners[last - 1], corners[last]]).collect()
 }
 
 /// The edges of triangles at which the surface ends or turns sharply.
@@ -164,10 +197,16 @@ dt = "10 us"
             .iter()
             .map(|outline| (outline.name.as_str(), (outline.corners.len() / 3, outline.edges.len())))
             .collect();
-        // A rectangle; a box without its lid, which has all twelve edges; two circles of 48 pieces.
-        assert_eq!((counts["plate"], counts["box"], counts["tube"]), ((2, 4), (10, 12), (96, 96)));
-        let box_of_unit_length = outlines.iter().find(|outline| outline.name == "box").unwrap();
-        assert!(box_of_unit_length.corners.iter().flatten().all(|length| length.abs() == 1.0));
+        assert_eq!(counts["plate"], (2, 4));
+        // Two circles of 48 pieces; the lower one lies on the plate.
+        assert_eq!(counts["tube"], (96, 96));
+        // Four sides, without a lid; of the triangles that the plate cuts, one half each is left as two. Two of the edges at
+        // the plate are in two pieces.
+        let sides = outlines.iter().find(|outline| outline.name == "box").unwrap();
+        assert_eq!((counts["box"].0, sides.corners.iter().flatten().all(|length| length.abs() <= 1.0)), (12, true));
+        assert!(sides.corners.iter().all(|corner| corner[2] >= 0.0), "nothing is drawn below the plate");
+        let upright = |edge: &&[[f32; 3]; 2]| edge[0][2] != edge[1][2];
+        assert_eq!(sides.edges.iter().filter(upright).count(), 4);
     }
 
     #[test]
