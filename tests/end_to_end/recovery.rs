@@ -9,11 +9,13 @@ use stagger_recordings::{Body, Recording};
 
 use super::program::{Workplace, json, said, signal, stagger};
 
-/// A few seconds of the laser scene, all three kinds of nodes at work; a checkpoint every ten steps.
+/// A few seconds of the laser scene, all three kinds of nodes at work; a checkpoint every ten steps, which are shorter than the
+/// scene's own, so that there is time to disturb it.
 fn scene(more: &str) -> Workplace {
     let text = std::fs::read_to_string(super::program::scenes().join("deposition-laser.toml")).unwrap();
-    let text = text.replace("duration = \"8 ms\"", "duration = \"2.5 ms\"");
-    assert!(text.contains("2.5 ms"), "the scene's duration has another form now");
+    let text =
+        text.replace("duration = \"8 ms\"", "duration = \"2.5 ms\"").replace("limit = \"40 us\"", "limit = \"20 us\"");
+    assert!(text.contains("2.5 ms") && text.contains("20 us"), "the scene's duration and steps have another form now");
     Workplace::of(&format!("{text}\n[recovery]\ncheckpoint = 10\n{more}"))
 }
 
@@ -188,10 +190,9 @@ fn a_node_that_dies_before_it_announces_itself_is_started_again() {
 fn a_node_that_hangs_is_taken_for_dead_after_the_time_set() {
     // A stopped process keeps its token for the length of the lease, 5 s: a shorter patience comes first.
     let place = scene("hang = \"1 s\"\n");
-    let run = place.start(&["--no-record", "--json"]);
-    let pid = place.node("optics");
-    std::thread::sleep(Duration::from_millis(2500));
-    signal("STOP", pid);
+    let run = place.start(&["--record", "run.mcap", "--json"]);
+    place.wait_for_file("run.mcap", 6_000_000);
+    signal("STOP", place.node("optics"));
     let output = run.wait_with_output().unwrap();
     let summary = json(&output);
     assert!(said(&output).contains("no answer for 1 s"), "{}", said(&output));
