@@ -22,9 +22,13 @@ use zenoh::{
     qos::{CongestionControl, Reliability},
     query::{Query, Queryable},
     sample::{Locality, Sample, SampleKind},
+    shm::{GarbageCollect, PosixShmProviderBackend, ShmProvider, ShmProviderBuilder, ZShm},
 };
 
-use crate::{settings::settings, shared_memory::Pool};
+use crate::{
+    settings::settings,
+    shared_memory::{Pool, Segment},
+};
 
 /// Payloads of this many bytes or more go through shared memory; smaller ones cost less in the socket.
 const SHARED_MEMORY_FROM: usize = 3 * 1024;
@@ -103,7 +107,7 @@ pub struct Link {
     session: Session,
     /// Who hears every message first, where somebody does.
     first: Arc<OnceLock<First>>,
-    pool: Arc<Pool>,
+    pool: Arc<Pool<SharedMemory>>,
     /// Whether what is put goes through shared memory where nothing else is asked for: it ends with its process, and a
     /// hub that replays may end right after its last put.
     shares: bool,
@@ -380,7 +384,7 @@ impl Link {
 pub struct Outlet {
     publisher: Publisher<'static>,
     first: Arc<OnceLock<First>>,
-    pool: Option<Arc<Pool>>,
+    pool: Option<Arc<Pool<SharedMemory>>>,
 }
 
 impl Outlet {
@@ -403,7 +407,9 @@ impl Outlet {
     pub fn put(&self, attachment: Option<Vec<u8>>, payload: Bytes) -> Result<(), LinkError> {
         self.hear_first(attachment.as_ref(), &payload);
         let body = match &self.pool {
-            Some(pool) if payload.len() >= SHARED_MEMORY_FROM => pool.place(self.publisher.key_expr(), payload),
+            Some(pool) if payload.len() >= SHARED_MEMORY_FROM => {
+                pool.place(self.publisher.key_expr(), &payload).map_or_else(|| payload.into(), ZBytes::from)
+            }
             _ => payload.into(),
         };
         self.send(attachment, body)
@@ -429,6 +435,25 @@ impl Outlet {
     fn send(&self, attachment: Option<Vec<u8>>, body: ZBytes) -> Result<(), LinkError> {
         let put = self.publisher.put(body).attachment(attachment).wait();
         put.map_err(|error| failed(format!("put {}", self.publisher.key_expr()))(error))
+    }
+}
+
+/// A segment of the memory that Zenoh's sessions on one host share.
+pub struct SharedMemory(ShmProvider<PosixShmProviderBackend>);
+
+impl Segment for SharedMemory {
+    type Buffer = ZShm;
+
+    fn create(bytes: usize) -> Result<Self, String> {
+        ShmProviderBuilder::default_backend(bytes).wait().map(Self).map_err(|error| error.to_string())
+    }
+
+    fn copy(&self, payload: &[u8]) -> Option<ZShm> {
+        // Before, not only when it is full: memory that was used is warm.
+        self.0.garbage_collect();
+        let mut buffer = self.0.alloc(payload.len()).with_policy::<GarbageCollect>().wait().ok()?;
+        buffer.as_mut().copy_from_slice(payload);
+        Some(buffer.into())
     }
 }
 

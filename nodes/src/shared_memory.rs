@@ -8,13 +8,6 @@ use std::{
     sync::{Mutex, PoisonError},
 };
 
-use bytes::Bytes;
-use zenoh::{
-    Wait,
-    bytes::ZBytes,
-    shm::{GarbageCollect, PosixShmProviderBackend, ShmProvider, ShmProviderBuilder, ZShm, ZShmMut},
-};
-
 use crate::diagnostics;
 
 /// The first segment of a process, in bytes.
@@ -31,12 +24,27 @@ const HELD_BUFFERS: usize = 3;
 /// A payload of this many bytes is slower by the socket to a degree that is worth a word.
 const WORTH_A_WORD: usize = 1 << 18;
 
-/// The segments of a process, made when the first large field is sent.
-pub struct Pool(Mutex<State>);
+/// A piece of shared memory of a fixed size, as the link makes it.
+pub trait Segment: Sized {
+    /// What holds a payload in it until all are done with it.
+    type Buffer: Clone;
 
-struct State {
+    /// A new one of so many bytes.
+    ///
+    /// # Errors
+    /// The system gives none, in words.
+    fn create(bytes: usize) -> Result<Self, String>;
+
+    /// A copy of a payload; `None` where there is no room.
+    fn copy(&self, payload: &[u8]) -> Option<Self::Buffer>;
+}
+
+/// The segments of a process, made when the first large field is sent.
+pub struct Pool<S: Segment>(Mutex<State<S>>);
+
+struct State<S: Segment> {
     /// All but the last were too small; they stay, as readers may be late.
-    segments: Vec<ShmProvider<PosixShmProviderBackend>>,
+    segments: Vec<S>,
     /// Size of the last, in bytes.
     newest: usize,
     /// Size of all, in bytes.
@@ -44,16 +52,16 @@ struct State {
     /// What all may have together, in bytes.
     budget: usize,
     told: bool,
-    held: BTreeMap<String, VecDeque<ZShm>>,
+    held: BTreeMap<String, VecDeque<S::Buffer>>,
 }
 
-impl Default for Pool {
+impl<S: Segment> Default for Pool<S> {
     fn default() -> Self {
         Self::within(if locked_memory_bytes().is_some() { 0 } else { LARGEST })
     }
 }
 
-impl Pool {
+impl<S: Segment> Pool<S> {
     fn within(budget: usize) -> Self {
         Self(Mutex::new(State {
             segments: Vec::new(),
@@ -73,52 +81,41 @@ impl Pool {
         }
     }
 
-    /// The payload in shared memory, or as it is where there is no room.
-    pub fn place(&self, key: &str, payload: Bytes) -> ZBytes {
+    /// A payload for a key in shared memory; `None` where there is no room.
+    pub fn place(&self, key: &str, payload: &[u8]) -> Option<S::Buffer> {
         let mut state = self.state();
-        match state.copy(&payload) {
+        match state.copy(payload) {
             Ok(buffer) => {
-                let buffer: ZShm = buffer.into();
                 let held = state.held.entry(key.to_owned()).or_default();
                 held.push_back(buffer.clone());
                 if held.len() > HELD_BUFFERS {
                     held.pop_front();
                 }
-                buffer.into()
+                Some(buffer)
             }
             Err(reason) => {
                 if payload.len() >= WORTH_A_WORD && !std::mem::replace(&mut state.told, true) {
                     diagnostics::warn(&format!("fields go through the socket, slower: {reason}"));
                 }
-                payload.into()
+                None
             }
         }
     }
 
-    fn state(&self) -> std::sync::MutexGuard<'_, State> {
+    fn state(&self) -> std::sync::MutexGuard<'_, State<S>> {
         // A poisoned lock means a panic while the state was consistent: nothing in here leaves it half changed.
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl State {
-    fn copy(&mut self, payload: &Bytes) -> Result<ZShmMut, String> {
-        let mut buffer = match self.allocate(payload.len()) {
-            Some(buffer) => buffer,
-            None => {
-                self.grow(payload.len())?;
-                self.allocate(payload.len()).ok_or("a new segment of shared memory has no room")?
-            }
-        };
-        buffer.as_mut().copy_from_slice(payload);
-        Ok(buffer)
-    }
-
-    fn allocate(&self, length: usize) -> Option<ZShmMut> {
-        let newest = self.segments.last()?;
-        // Before, not only when it is full: memory that was used is warm.
-        newest.garbage_collect();
-        newest.alloc(length).with_policy::<GarbageCollect>().wait().ok()
+impl<S: Segment> State<S> {
+    fn copy(&mut self, payload: &[u8]) -> Result<S::Buffer, String> {
+        let newest = |segments: &[S]| segments.last().and_then(|segment| segment.copy(payload));
+        if let Some(buffer) = newest(&self.segments) {
+            return Ok(buffer);
+        }
+        self.grow(payload.len())?;
+        newest(&self.segments).ok_or_else(|| "a new segment of shared memory has no room".into())
     }
 
     fn grow(&mut self, length: usize) -> Result<(), String> {
@@ -128,8 +125,7 @@ impl State {
         if size < SMALLEST.min(length.saturating_mul(2 + HELD_BUFFERS)) || size < length {
             return Err(self.full());
         }
-        let segment = ShmProviderBuilder::default_backend(size).wait();
-        self.segments.push(segment.map_err(|error| format!("there is no shared memory ({error})"))?);
+        self.segments.push(S::create(size).map_err(|error| format!("there is no shared memory ({error})"))?);
         (self.newest, self.spent) = (size, self.spent + size);
         Ok(())
     }
@@ -181,15 +177,16 @@ fn locked_memory_bytes() -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::link::SharedMemory;
 
     /// Puts ten fields of some size, each of which must come out as it went in.
-    fn put(pool: &Pool, bytes: usize) -> bool {
+    fn put(pool: &Pool<SharedMemory>, bytes: usize) -> bool {
         let mut shared = true;
         for round in 0..10_u8 {
-            let payload = Bytes::from(vec![round; bytes]);
-            let placed = pool.place("field", payload.clone());
-            shared &= placed.as_shm().is_some();
-            assert_eq!(*placed.to_bytes(), *payload);
+            let payload = vec![round; bytes];
+            let placed = pool.place("field", &payload);
+            shared &= placed.is_some();
+            assert!(placed.is_none_or(|buffer| buffer[..] == payload));
         }
         shared
     }

@@ -2,7 +2,7 @@
 
     python nodes/python/tests/end_to_end.py
 
-Two whole runs of deposition-laser take about half a minute each, the others seconds.
+Two whole runs of deposition-laser take some ten seconds each, the others seconds.
 """
 
 from __future__ import annotations
