@@ -378,8 +378,7 @@ impl Host {
             self.sequence = 0;
             self.sent.clear();
             let node = self.identity.node.clone();
-            // The coordinator writes the accelerated ones.
-            self.link.share_memory(plan.nodes.len() + 1);
+            self.link.share_memory(&plan);
             let sources = plan.nodes.iter().flat_map(|part| &part.sources);
             self.read = sources.filter(|source| source.writer == node).map(|source| source.field.clone()).collect();
             let Some(mine) = plan.nodes.into_iter().find(|part| part.node == node) else {
@@ -516,12 +515,7 @@ impl Host {
             let payload = if known.is_some() { Bytes::new() } else { field.values().bytes().clone() };
             count += 1;
             bytes += payload.len() as u64;
-            let attachment = Some(codec::field_attachment(&header, field, known));
-            if whole {
-                outlet.put_by_socket(attachment, payload)?
-            } else {
-                outlet.put(attachment, payload)?
-            }
+            outlet.put_field(codec::field_attachment(&header, field, known), payload, whole)?;
             remember(name, header, field);
             self.sent.insert(name.clone(), (version, field.clone()));
         }

@@ -13,6 +13,7 @@ use std::{
 };
 
 use bytes::Bytes;
+use stagger_messages::Plan;
 use zenoh::{
     Config, Session, Wait,
     bytes::ZBytes,
@@ -235,9 +236,10 @@ impl Link {
         Ok(Outlet { pool: None, ..self.publisher(key)? })
     }
 
-    /// Says how many processes of the run write into shared memory, of which each may have to lock what all of them have.
-    pub fn share_memory(&self, writers: usize) {
-        self.pool.share(writers);
+    /// Says who writes into shared memory in a run, of whom each may have to lock what all of them have: its nodes, and the
+    /// coordinator where fields are accelerated.
+    pub fn share_memory(&self, plan: &Plan) {
+        self.pool.share(plan.nodes.len() + 1);
     }
 
     /// Has `receive` called for every message on `key`. It runs on Zenoh's thread: it may enqueue, not put.
@@ -405,36 +407,35 @@ impl Outlet {
     /// # Errors
     /// The session is closed.
     pub fn put(&self, attachment: Option<Vec<u8>>, payload: Bytes) -> Result<(), LinkError> {
-        self.hear_first(attachment.as_ref(), &payload);
-        let body = match &self.pool {
-            Some(pool) if payload.len() >= SHARED_MEMORY_FROM => {
-                pool.place(self.publisher.key_expr(), &payload).map_or_else(|| payload.into(), ZBytes::from)
-            }
-            _ => payload.into(),
-        };
-        self.send(attachment, body)
+        self.put_through(self.pool.as_deref(), attachment, payload)
     }
 
-    /// Puts one message through the socket whatever its size: it reaches a reader to whom shared memory does not.
+    /// Puts a field; `again` through the socket whatever its size, which reaches a reader to whom shared memory does not.
     ///
     /// # Errors
     /// The session is closed.
-    pub fn put_by_socket(&self, attachment: Option<Vec<u8>>, payload: Bytes) -> Result<(), LinkError> {
-        self.hear_first(attachment.as_ref(), &payload);
-        self.send(attachment, payload.into())
+    pub fn put_field(&self, attachment: Vec<u8>, payload: Bytes, again: bool) -> Result<(), LinkError> {
+        let pool = self.pool.as_deref().filter(|_| !again);
+        self.put_through(pool, Some(attachment), payload)
     }
 
-    fn hear_first(&self, attachment: Option<&Vec<u8>>, payload: &Bytes) {
-        let key = self.publisher.key_expr();
-        if let Some(first) = self.first.get().filter(|first| first.covers(key)) {
-            let attachment = attachment.cloned().map(Bytes::from).unwrap_or_default();
-            first.hear(&Arrival { key: key.to_string(), attachment, payload: payload.clone() });
+    fn put_through(
+        &self,
+        pool: Option<&Pool<SharedMemory>>,
+        attachment: Option<Vec<u8>>,
+        payload: Bytes,
+    ) -> Result<(), LinkError> {
+        let key = self.publisher.key_expr().as_str();
+        if let Some(first) = self.first.get().filter(|first| first.covers(self.publisher.key_expr())) {
+            let attachment = attachment.clone().map(Bytes::from).unwrap_or_default();
+            first.hear(&Arrival { key: key.to_owned(), attachment, payload: payload.clone() });
         }
-    }
-
-    fn send(&self, attachment: Option<Vec<u8>>, body: ZBytes) -> Result<(), LinkError> {
-        let put = self.publisher.put(body).attachment(attachment).wait();
-        put.map_err(|error| failed(format!("put {}", self.publisher.key_expr()))(error))
+        let pool = pool.filter(|_| payload.len() >= SHARED_MEMORY_FROM);
+        let body = match pool.and_then(|pool| pool.place(key, &payload)) {
+            Some(buffer) => buffer.into(),
+            None => ZBytes::from(payload),
+        };
+        self.publisher.put(body).attachment(attachment).wait().map_err(failed(format!("put {key}")))
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use stagger_recordings::{Recording, RunInfo};
+use stagger_recordings::Recording;
 use stagger_solver::scene::{Problems, Scene};
 
 /// Parses the scene in the file `scene`. Relative paths in it begin at its folder; what is not there is taken from
@@ -20,27 +20,17 @@ pub fn parse(
         let beside = std::fs::read(scene.parent().unwrap_or(Path::new("")).join(path));
         beside.or_else(|error| match recording.map(Recording::open) {
             None => Err(error.to_string()),
-            Some(Ok(recording)) => kept(&recording.info, path).map_err(|also| format!("{error}, and {also}")),
+            Some(Ok(recording)) => recording.info.file(path).map_err(|also| format!("{error}, and {also}")),
             Some(Err(also)) => Err(format!("{error}, and {also}")),
         })
     };
     Scene::parse_with_files(text, &scene.display().to_string(), overrides, &read)
 }
 
-/// Parses the scene a recording holds, with the files it holds.
-///
-/// # Errors
-/// Every mistake in the scene: a recording of an older program may have some.
-pub fn recorded(info: &RunInfo) -> Result<Scene, Problems> {
-    Scene::parse_with_files(&info.scene_text, &info.scene_file, &info.overrides, &|path| kept(info, path))
-}
-
-fn kept(info: &RunInfo, path: &str) -> Result<Vec<u8>, String> {
-    info.files.get(path).map(|contents| contents.to_vec()).ok_or_else(|| "the recording does not hold it".into())
-}
-
 #[cfg(test)]
 mod tests {
+    use stagger_recordings::RunInfo;
+
     use super::*;
 
     const SCENE: &str =
@@ -66,7 +56,7 @@ mod tests {
             ..RunInfo::default()
         };
         std::fs::remove_file(folder.path().join("bed.csv")).unwrap();
-        assert_eq!(recorded(&info).unwrap().hash, first.hash);
+        assert_eq!(info.scene().unwrap().hash, first.hash);
         let recording = folder.path().join("run.mcap");
         let written =
             stagger_recordings::Recorder::create(std::fs::File::create(&recording).unwrap(), &info, Default::default())

@@ -21,7 +21,7 @@ const CONNECT_MS: u64 = 10_000;
 /// # Errors
 /// The file cannot be read or is not JSON5.
 pub fn settings(role: &Role, file: Option<&Path>) -> Result<Value, LinkError> {
-    let mut said = Value::Null;
+    let mut said = json!({});
     if let Some(path) = file {
         let about = |message: String| LinkError::Config { path: path.into(), message };
         let text = std::fs::read_to_string(path).map_err(|error| about(error.to_string()))?;
@@ -30,9 +30,7 @@ pub fn settings(role: &Role, file: Option<&Path>) -> Result<Value, LinkError> {
     }
     let lease_ms = said.pointer("/transport/link/tx/lease").and_then(Value::as_u64).unwrap_or(LEASE_MS);
     let mut settings = defaults(role, lease_ms);
-    if !said.is_null() {
-        merge(&mut settings, said);
-    }
+    merge(&mut settings, said);
     merge(&mut settings, fixed(role));
     Ok(settings)
 }

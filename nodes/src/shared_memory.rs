@@ -5,7 +5,7 @@
 
 use std::{
     collections::{BTreeMap, VecDeque},
-    sync::{Mutex, PoisonError},
+    sync::{LazyLock, Mutex, PoisonError},
 };
 
 use crate::diagnostics;
@@ -51,13 +51,15 @@ struct State<S: Segment> {
     spent: usize,
     /// What all may have together, in bytes.
     budget: usize,
+    /// Why there are no more, where the system gave none.
+    refused: Option<String>,
     told: bool,
     held: BTreeMap<String, VecDeque<S::Buffer>>,
 }
 
 impl<S: Segment> Default for Pool<S> {
     fn default() -> Self {
-        Self::within(if locked_memory_bytes().is_some() { 0 } else { LARGEST })
+        Self::within(if LOCKED_MEMORY_BYTES.is_some() { 0 } else { LARGEST })
     }
 }
 
@@ -68,6 +70,7 @@ impl<S: Segment> Pool<S> {
             newest: 0,
             spent: 0,
             budget,
+            refused: None,
             told: false,
             held: BTreeMap::new(),
         }))
@@ -76,7 +79,7 @@ impl<S: Segment> Pool<S> {
     /// Says how many processes write into shared memory that each of them reads: where a process may lock little memory,
     /// that is shared among them. Nothing is placed before that is known.
     pub fn share(&self, writers: usize) {
-        if let Some(limit) = locked_memory_bytes() {
+        if let Some(limit) = *LOCKED_MEMORY_BYTES {
             self.state().budget = share_of(limit, writers);
         }
     }
@@ -84,22 +87,18 @@ impl<S: Segment> Pool<S> {
     /// A payload for a key in shared memory; `None` where there is no room.
     pub fn place(&self, key: &str, payload: &[u8]) -> Option<S::Buffer> {
         let mut state = self.state();
-        match state.copy(payload) {
-            Ok(buffer) => {
-                let held = state.held.entry(key.to_owned()).or_default();
-                held.push_back(buffer.clone());
-                if held.len() > HELD_BUFFERS {
-                    held.pop_front();
-                }
-                Some(buffer)
+        let Some(buffer) = state.copy(payload) else {
+            if payload.len() >= WORTH_A_WORD && !std::mem::replace(&mut state.told, true) {
+                diagnostics::warn(&format!("fields go through the socket, slower: {}", state.reason()));
             }
-            Err(reason) => {
-                if payload.len() >= WORTH_A_WORD && !std::mem::replace(&mut state.told, true) {
-                    diagnostics::warn(&format!("fields go through the socket, slower: {reason}"));
-                }
-                None
-            }
+            return None;
+        };
+        let held = state.held.entry(key.to_owned()).or_default();
+        held.push_back(buffer.clone());
+        if held.len() > HELD_BUFFERS {
+            held.pop_front();
         }
+        Some(buffer)
     }
 
     fn state(&self) -> std::sync::MutexGuard<'_, State<S>> {
@@ -109,30 +108,35 @@ impl<S: Segment> Pool<S> {
 }
 
 impl<S: Segment> State<S> {
-    fn copy(&mut self, payload: &[u8]) -> Result<S::Buffer, String> {
-        let newest = |segments: &[S]| segments.last().and_then(|segment| segment.copy(payload));
-        if let Some(buffer) = newest(&self.segments) {
-            return Ok(buffer);
-        }
-        self.grow(payload.len())?;
-        newest(&self.segments).ok_or_else(|| "a new segment of shared memory has no room".into())
+    fn copy(&mut self, payload: &[u8]) -> Option<S::Buffer> {
+        let into_newest = |segments: &[S]| segments.last()?.copy(payload);
+        into_newest(&self.segments).or_else(|| {
+            self.grow(payload.len());
+            into_newest(&self.segments)
+        })
     }
 
-    fn grow(&mut self, length: usize) -> Result<(), String> {
+    /// Makes a larger segment, as far as the budget goes.
+    fn grow(&mut self, length: usize) {
         let wanted = SMALLEST.max(2 * self.newest).max(length.saturating_mul(FITS).next_power_of_two());
         let size = wanted.min(self.budget.saturating_sub(self.spent));
         // With less than this the next one of the same field finds no room.
-        if size < SMALLEST.min(length.saturating_mul(2 + HELD_BUFFERS)) || size < length {
-            return Err(self.full());
+        if self.refused.is_some() || size < SMALLEST.min(length.saturating_mul(2 + HELD_BUFFERS)) || size < length {
+            return;
         }
-        self.segments.push(S::create(size).map_err(|error| format!("there is no shared memory ({error})"))?);
-        (self.newest, self.spent) = (size, self.spent + size);
-        Ok(())
+        match S::create(size) {
+            Ok(segment) => {
+                self.segments.push(segment);
+                (self.newest, self.spent) = (size, self.spent + size);
+            }
+            Err(error) => self.refused = Some(error),
+        }
     }
 
-    fn full(&self) -> String {
-        match locked_memory_bytes() {
-            Some(limit) if self.budget < LARGEST => format!(
+    fn reason(&self) -> String {
+        match (&self.refused, *LOCKED_MEMORY_BYTES) {
+            (Some(error), _) => format!("there is no shared memory ({error})"),
+            (None, Some(limit)) if self.budget < LARGEST => format!(
                 "a process may lock {} MiB of memory, too little for shared memory between them (`ulimit -l` raises it)",
                 limit >> 20
             ),
@@ -143,7 +147,7 @@ impl<S: Segment> State<S> {
 
 /// Whether this process may lock what Zenoh locks for its links alone, some 20 kB each; a session that may not fails to open.
 pub fn is_possible() -> bool {
-    locked_memory_bytes().is_none_or(|limit| limit >= BOOKKEEPING)
+    LOCKED_MEMORY_BYTES.is_none_or(|limit| limit >= BOOKKEEPING)
 }
 
 /// What one of `writers` may lock where every process locks what all of them have, in bytes.
@@ -152,6 +156,8 @@ fn share_of(limit: usize, writers: usize) -> usize {
 }
 
 /// How much memory this process may lock, in bytes; `None` is as much as it likes.
+static LOCKED_MEMORY_BYTES: LazyLock<Option<usize>> = LazyLock::new(locked_memory_bytes);
+
 #[cfg(target_os = "linux")]
 fn locked_memory_bytes() -> Option<usize> {
     use nix::sys::resource::{RLIM_INFINITY, Resource, getrlimit};

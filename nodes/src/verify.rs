@@ -21,7 +21,7 @@ use plugged::Plugged;
 use crate::{
     conformance::heard::Fault,
     roster::{RosterError, Runs, participant, roster},
-    scene_files, summary,
+    summary,
 };
 
 /// Why a recording cannot be verified.
@@ -111,7 +111,7 @@ pub struct Verified {
 /// # Errors
 /// The recording cannot be read or its nodes not be built. A difference is no error but a result.
 pub fn verify(recording: &Recording, node: Option<&str>, tolerance: f64) -> Result<Verified, VerifyError> {
-    let scene = scene_files::recorded(&recording.info)?;
+    let scene = recording.info.scene()?;
     let mut replay = Replay { tolerance, ..Replay::default() };
     let nodes = roster(&scene);
     for (name, runs) in &nodes {
@@ -142,7 +142,7 @@ pub fn verify_with(
     command: Vec<String>,
     tolerance: f64,
 ) -> Result<Verified, VerifyError> {
-    let scene = scene_files::recorded(&recording.info)?;
+    let scene = recording.info.scene()?;
     let plugged = Plugged::start(recording, scene, node, command).map_err(at(node, "its start".into()))?;
     let mut replay = Replay { tolerance, ..Replay::default() };
     replay.solvers.insert(node.into(), Solver::Plugged(Box::new(plugged)));

@@ -1,5 +1,7 @@
 use std::{collections::BTreeMap, sync::Arc};
 
+use stagger_solver::scene::{Problems, Scene};
+
 use crate::RecordingError;
 
 /// What a recording says about its run besides the messages.
@@ -43,6 +45,22 @@ fn checksum(map: &BTreeMap<String, String>) -> String {
 }
 
 impl RunInfo {
+    /// The scene that was recorded, with the files that were.
+    ///
+    /// # Errors
+    /// Every mistake in the scene: a recording of an older program may have some.
+    pub fn scene(&self) -> Result<Scene, Problems> {
+        Scene::parse_with_files(&self.scene_text, &self.scene_file, &self.overrides, &|path| self.file(path))
+    }
+
+    /// The contents of a file the scene names, by its path as the scene writes it.
+    ///
+    /// # Errors
+    /// It was not recorded, in words.
+    pub fn file(&self, path: &str) -> Result<Vec<u8>, String> {
+        self.files.get(path).map(|contents| contents.to_vec()).ok_or_else(|| "the recording does not hold it".into())
+    }
+
     /// Everything but the scene's text and the contents of its files, as MCAP metadata.
     pub(crate) fn to_metadata(&self) -> BTreeMap<String, String> {
         let mut map = BTreeMap::from([

@@ -18,6 +18,14 @@ pub fn scenes() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes")
 }
 
+/// The text of deposition-laser.toml, three nodes whose fields have up to 24 kB, with another duration.
+pub fn laser_for(duration: &str) -> String {
+    let text = std::fs::read_to_string(scenes().join("deposition-laser.toml")).unwrap();
+    let changed = text.replace("duration = \"8 ms\"", &format!("duration = \"{duration}\""));
+    assert_ne!(changed, text, "the scene's duration has another form now");
+    changed
+}
+
 /// A folder of its own with a copy of `scene`, so that everything started for it can be told by its path.
 pub struct Workplace {
     folder: TempDir,

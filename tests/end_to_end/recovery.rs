@@ -7,15 +7,13 @@ use std::{
 
 use stagger_recordings::{Body, Recording};
 
-use super::program::{Workplace, json, said, signal, stagger};
+use super::program::{Workplace, json, laser_for, said, signal, stagger};
 
 /// A few seconds of the laser scene, all three kinds of nodes at work; a checkpoint every ten steps, which are shorter than the
 /// scene's own, so that there is time to disturb it.
 fn scene(more: &str) -> Workplace {
-    let text = std::fs::read_to_string(super::program::scenes().join("deposition-laser.toml")).unwrap();
-    let text =
-        text.replace("duration = \"8 ms\"", "duration = \"2.5 ms\"").replace("limit = \"40 us\"", "limit = \"20 us\"");
-    assert!(text.contains("2.5 ms") && text.contains("20 us"), "the scene's duration and steps have another form now");
+    let text = laser_for("2.5 ms").replace("limit = \"40 us\"", "limit = \"20 us\"");
+    assert!(text.contains("20 us"), "the scene's steps have another form now");
     Workplace::of(&format!("{text}\n[recovery]\ncheckpoint = 10\n{more}"))
 }
 

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::program::{Workplace, json, said, signal, stagger};
+use super::program::{Workplace, json, laser_for, said, signal, stagger};
 
 /// A place with a recorded run of the small scene, and its summary.
 fn recorded(set: &[&str]) -> (Workplace, Value) {
@@ -134,9 +134,7 @@ fn recorded_nodes_go_on_from_a_checkpoint_and_back_to_one() {
     assert_eq!(json(&place.run(&[&rest[..], &quick].concat()))["hash"], whole["hash"]);
 
     // A live node dies: the recorded ones go back with it.
-    let scene = std::fs::read_to_string(super::program::scenes().join("deposition-laser.toml")).unwrap();
-    let scene = scene.replace("duration = \"8 ms\"", "duration = \"2.5 ms\"");
-    let place = Workplace::of(&format!("{scene}\n[recovery]\ncheckpoint = 10\n"));
+    let place = Workplace::of(&format!("{}\n[recovery]\ncheckpoint = 10\n", laser_for("2.5 ms")));
     let whole = json(&place.run(&["--json", "--record", "run.mcap"]));
     let run = place.start(&["--json", "--record", "again.mcap", "--replayed", "particles=run.mcap"]);
     place.wait_for_file("again.mcap", 6_000_000);

@@ -20,7 +20,7 @@ use stagger_nodes::link::{Arrival, Declared, Link, Role};
 use super::{
     authority::Authority,
     by_hand::free_address,
-    program::{Workplace, json, said, signal, stagger},
+    program::{Workplace, json, laser_for, said, signal, stagger},
 };
 
 const KINDS: [&str; 3] = ["optics", "particles", "thermal"];
@@ -144,9 +144,7 @@ fn a_run_through_a_router_has_the_same_hash() {
 
 #[test]
 fn behind_a_router_a_node_may_be_killed_and_started_again_and_a_name_is_given_once() {
-    let text = std::fs::read_to_string(super::program::scenes().join("deposition-laser.toml")).unwrap();
-    let text = text.replace("duration = \"8 ms\"", "duration = \"2 ms\"");
-    let place = Workplace::of(&format!("{text}\n[recovery]\ncheckpoint = 10\n"));
+    let place = Workplace::of(&format!("{}\n[recovery]\ncheckpoint = 10\n", laser_for("2 ms")));
     let alone = json(&place.run(&["--no-record", "--json"]));
     let endpoint = format!("tcp/{}", free_address());
     let _router = router(&endpoint, None);

@@ -2,15 +2,7 @@
 
 use std::process::{Command, Output, Stdio};
 
-use super::program::{Workplace, json, said, signal, stagger};
-
-/// The laser scene with its three nodes, whose fields have 24 kB and less.
-fn scene(duration: &str) -> Workplace {
-    let text = std::fs::read_to_string(super::program::scenes().join("deposition-laser.toml")).unwrap();
-    let shorter = text.replace("duration = \"8 ms\"", &format!("duration = \"{duration}\""));
-    assert_ne!(shorter, text, "the scene's duration has another form now");
-    Workplace::of(&shorter)
-}
+use super::program::{Workplace, json, laser_for, said, signal, stagger};
 
 /// A recorded run that may lock so many kB; ends with 99 where this user may lock less than that.
 fn limited(place: &Workplace, limit_kb: &str) -> Command {
@@ -35,7 +27,7 @@ fn locked_kb(pid: u32) -> Option<u64> {
 
 #[test]
 fn a_small_scene_locks_little_memory() {
-    let place = scene("0.3 ms");
+    let place = Workplace::of(&laser_for("0.3 ms"));
     let mut run = place.start(&["--record", "run.mcap"]);
     let mut most = 0;
     while run.try_wait().unwrap().is_none() {
@@ -48,7 +40,7 @@ fn a_small_scene_locks_little_memory() {
 
 #[test]
 fn whoever_may_lock_little_memory_gets_the_same_bits_without_a_warning() {
-    let place = scene("0.3 ms");
+    let place = Workplace::of(&laser_for("0.3 ms"));
     let free = json(&place.run(&["--json", "--record", "free.mcap"]));
     for limit_kb in ["0", "64", "8192", "65536"] {
         let output = limited(&place, limit_kb).output().unwrap();
@@ -62,7 +54,7 @@ fn whoever_may_lock_little_memory_gets_the_same_bits_without_a_warning() {
 
 #[test]
 fn a_stopped_node_to_which_fields_go_by_the_socket_is_the_only_one_that_is_started_again() {
-    let place = scene("2.5 ms");
+    let place = Workplace::of(&laser_for("2.5 ms"));
     let free = json(&place.run(&["--json", "--no-record"]));
     for kind in ["thermal", "optics"] {
         let mut command = limited(&place, "64");

@@ -29,7 +29,7 @@ const STOP_AGAIN: Duration = Duration::from_secs(1);
 impl Remote<'_> {
     /// Listens to the answers of accelerated fields; prepares to publish what takes their place.
     fn accelerate(&mut self, plan: &Plan) -> Result<(), RunError> {
-        self.link.share_memory(plan.nodes.len() + 1);
+        self.link.share_memory(plan);
         let mut seen = BTreeSet::new();
         let all = plan.nodes.iter().flat_map(|node| &node.sources);
         let sources: Vec<Source> =
@@ -67,12 +67,7 @@ impl Remote<'_> {
             let envelope = self.stamp(&Envelope { version: Some(version), ..Envelope::default() });
             if let Some(outlet) = self.outlets.get(&name) {
                 let attachment = codec::field_attachment(&envelope, &field, None);
-                let values = field.values().bytes().clone();
-                if again {
-                    outlet.put_by_socket(Some(attachment), values)?
-                } else {
-                    outlet.put(Some(attachment), values)?
-                }
+                outlet.put_field(attachment, field.values().bytes().clone(), again)?;
             }
         }
         Ok(())

@@ -16,7 +16,6 @@ use std::{
 
 use stagger_recordings::{Recording, RecordingError};
 
-use crate::scene_files;
 use gathered::Gathered;
 
 /// Why there is no report.
@@ -51,7 +50,7 @@ pub struct Reported {
 pub fn report(recording: &Recording, out: &Path) -> Result<Reported, ReportError> {
     let gathered = Gathered::from(recording)?;
     // A scene of an older program may not be valid here; the page then has the file's name.
-    let title = scene_files::recorded(&recording.info).map(|scene| scene.title).unwrap_or_default();
+    let title = recording.info.scene().map(|scene| scene.title).unwrap_or_default();
     let title = if title.is_empty() { &recording.info.scene_file } else { &title };
     let page = page::page(&gathered, title);
     fs::write(out, &page).map_err(|source| ReportError::Write { path: out.into(), source })?;

@@ -102,7 +102,7 @@ const EDGES: [([f64; 3], f64); 2] = [(RIGHT, ASPECT * TANGENT), (UP, TANGENT)];
 /// Share of the picture to fill: balls stand out of the corners between their centres.
 const FILLED: f64 = 0.95;
 
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+pub fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 

@@ -6,10 +6,10 @@ use stagger_messages::Done;
 use stagger_recordings::RunInfo;
 use stagger_solver::{
     physics::walls::{Motion, Plane, Shape, Wall, WallState},
-    scene::Scene,
+    scene::Problems,
 };
 
-use crate::frame::Overview;
+use crate::{frame::Overview, layout::dot};
 
 /// Cosine of the angle between two faces below which the edge between them is drawn: 20 degrees, which leaves out those
 /// between the pieces that a cylinder is drawn with.
@@ -47,19 +47,16 @@ impl Walls {
     /// Those of the scene that was recorded.
     ///
     /// # Errors
-    /// The scene, in words: one of another version of the program may have keys that are not known.
-    pub fn of(info: &RunInfo) -> Result<Self, String> {
-        let read = |path: &str| info.files.get(path).map(|file| file.to_vec()).ok_or_else(|| "not recorded".to_owned());
-        let scene = Scene::parse_with_files(&info.scene_text, &info.scene_file, &info.overrides, &read);
-        let scene = scene.map_err(|problems| problems.to_string())?;
-        let list = scene.particles.map(|particles| particles.walls).unwrap_or_default();
+    /// Every mistake in the scene: one of another version of the program may have keys that are not known.
+    pub fn of(info: &RunInfo) -> Result<Self, Problems> {
+        let list = info.scene()?.particles.map(|particles| particles.walls).unwrap_or_default();
         Ok(Self { list, displaced_m: BTreeMap::new() })
     }
 
     /// Takes what a node says of walls that a force moves.
     pub fn hear(&mut self, report: &Done) {
         for wall in self.list.iter().filter(|wall| matches!(wall.motion, Motion::Pressed(_))) {
-            if let Some(displacement_m) = report.figures.get(&format!("displacement of {} [m]", wall.name)) {
+            if let Some(displacement_m) = report.figures.get(&wall.displacement_figure()) {
                 self.displaced_m.insert(wall.name.clone(), *displacement_m);
             }
         }
@@ -107,9 +104,7 @@ impl Walls {
 
 /// What of a triangle lies on the side of a plane that its normal points to, as triangles.
 fn in_front(triangle: &[[f64; 3]; 3], plane: &Plane) -> Vec<[[f64; 3]; 3]> {
-    let height = |corner: &[f64; 3]| -> f64 {
-        (0..3).map(|axis| (corner[axis] - plane.through[axis]) * plane.normal[axis]).sum()
-    };
+    let height = |corner: &[f64; 3]| dot(std::array::from_fn(|axis| corner[axis] - plane.through[axis]), plane.normal);
     let mut corners: Vec<[f64; 3]> = Vec::new();
     for (from, to) in [(0, 1), (1, 2), (2, 0)].map(|(from, to)| (&triangle[from], &triangle[to])) {
         if height(from) >= 0.0 {
@@ -138,7 +133,7 @@ fn edges(triangles: &[[[f64; 3]; 3]]) -> Vec<[[f64; 3]; 2]> {
     }
     let drawn = normals.into_iter().filter(|(_, faces)| match faces.as_slice() {
         // Either may be wound the other way round.
-        [one, other] => one.iter().zip(other).map(|(a, b)| a * b).sum::<f64>().abs() < SHARP,
+        [one, other] => dot(*one, *other).abs() < SHARP,
         _ => true,
     });
     drawn.map(|(edge, _)| edge.map(|corner| corner.map(f64::from_bits))).collect()
@@ -147,7 +142,7 @@ fn edges(triangles: &[[[f64; 3]; 3]]) -> Vec<[[f64; 3]; 2]> {
 fn normal(a: &[f64; 3], b: &[f64; 3], c: &[f64; 3]) -> [f64; 3] {
     let [u, v]: [[f64; 3]; 2] = [b, c].map(|corner| std::array::from_fn(|axis| corner[axis] - a[axis]));
     let across = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
-    let length = across.iter().map(|component| component * component).sum::<f64>().sqrt();
+    let length = dot(across, across).sqrt();
     across.map(|component| component / length.max(f64::MIN_POSITIVE))
 }
 
@@ -224,6 +219,6 @@ dt = "10 us"
     #[test]
     fn a_scene_that_cannot_be_read_is_told() {
         let info = RunInfo { scene_text: "duration = \"1 ms\"\n[glaze]\n".into(), ..RunInfo::default() };
-        assert!(Walls::of(&info).err().unwrap().contains("glaze"));
+        assert!(Walls::of(&info).err().unwrap().to_string().contains("glaze"));
     }
 }

@@ -23,7 +23,7 @@ impl Particles {
             if let Motion::Pressed(piston) = &wall.motion {
                 let against_n = -force.dot(&Vec3::from(piston.direction));
                 figures.insert(format!("force on {} [N]", wall.name), against_n);
-                figures.insert(format!("displacement of {} [m]", wall.name), moved.displacement_m);
+                figures.insert(wall.displacement_figure(), moved.displacement_m);
             }
         }
         figures

@@ -73,6 +73,12 @@ impl Wall {
         }
     }
 
+    /// Name of the figure that says how far a force has moved it, in m.
+    #[must_use]
+    pub fn displacement_figure(&self) -> String {
+        format!("displacement of {} [m]", self.name)
+    }
+
     /// Checks that its shape and motion are in their ranges.
     ///
     /// # Errors
