@@ -1,0 +1,1 @@
+//! Fault: constriction two materials.

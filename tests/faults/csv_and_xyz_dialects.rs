@@ -1,0 +1,1 @@
+//! Fault: csv and xyz dialects.

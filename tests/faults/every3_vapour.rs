@@ -1,0 +1,1 @@
+//! Fault: every3 vapour.

@@ -1,0 +1,1 @@
+//! Fault: output over input.

@@ -1,0 +1,1 @@
+//! Fault: rotating wall.

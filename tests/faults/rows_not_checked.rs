@@ -1,0 +1,1 @@
+//! Fault: rows not checked.

@@ -1,0 +1,1 @@
+//! Fault: vtk legacy sections.

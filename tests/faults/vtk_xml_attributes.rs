@@ -1,0 +1,1 @@
+//! Fault: vtk xml attributes.

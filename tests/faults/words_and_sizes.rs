@@ -1,0 +1,1 @@
+//! Fault: words and sizes.
