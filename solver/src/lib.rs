@@ -6,6 +6,7 @@
 pub mod advice;
 pub mod coupling;
 mod error;
+pub mod math;
 pub mod physics;
 pub mod scene;
 

@@ -6,7 +6,7 @@ use super::{
     Advice, Verdict,
     facts::{Body, Facts, Laser},
 };
-use crate::physics::thermal::Settings;
+use crate::{math, physics::thermal::Settings};
 
 /// Biot number below which a body counts as isothermal (Incropera & DeWitt, Fundamentals of Heat and Mass Transfer,
 /// section 5.2).
@@ -35,7 +35,7 @@ pub(super) fn advise(facts: &Facts<'_>) -> Vec<Advice> {
     {
         // Radiation, linearised where it is strongest.
         let transfer = ambient.convection_w_m2_k
-            + ambient.emissivity * 4.0 * super::radiation::STEFAN_BOLTZMANN * hottest_k.powi(3);
+            + ambient.emissivity * 4.0 * super::radiation::STEFAN_BOLTZMANN * math::powi(hottest_k, 3);
         let biot = if least > 0.0 { transfer * largest_m / (3.0 * least) } else { f64::INFINITY };
         let meaning = "resistance inside a particle over that to the surroundings, h R/(3 K)";
         let fits = biot <= LUMPED;
@@ -104,7 +104,7 @@ fn lit_difference_k(facts: &Facts<'_>, laser: &Laser<'_>, thermal: &Settings) ->
     let lit_s = beam.pulses.map_or(f64::INFINITY, |pulses| pulses.on_s).min(laser.dwell_s());
     let one = |body: &Body| {
         let taken_w_m2 = lit_w_m2 * laser.share_of(body).min(1.0);
-        let density = body.mass_kg / (4.0 / 3.0 * PI * body.radius_m.powi(3));
+        let density = body.mass_kg / (4.0 / 3.0 * PI * math::powi(body.radius_m, 3));
         let brief = 2.0 * (lit_s / (PI * least * density * facts.capacity_j_kg_k(thermal))).sqrt();
         taken_w_m2 * (body.radius_m / least).min(brief)
     };

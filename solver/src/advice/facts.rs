@@ -6,6 +6,7 @@ use super::{Edit, Effect, Quantity};
 use crate::{
     SolveError,
     coupling::Window,
+    math,
     physics::{
         conductance,
         current::Model as CurrentModel,
@@ -173,7 +174,7 @@ impl<'s> Facts<'s> {
         if !self.room.confined {
             return self.number();
         }
-        (PLANE_COVER * area_m2 / (PI * self.smallest_m().powi(2))).max(1.0).min(self.number())
+        (PLANE_COVER * area_m2 / (PI * math::powi(self.smallest_m(), 2))).max(1.0).min(self.number())
     }
 
     /// Bound of the conductance in W/K of one contact, of those among which `press_n` is shared by `contacts`; `None` where
@@ -205,7 +206,9 @@ impl<'s> Facts<'s> {
             Model::EnergyBalance => laser.energy_j / self.mass_kg(),
             _ => {
                 let fluence_j_m2 = laser.fluence_j_m2(self.duration_s());
-                let of = |body: &Body| fluence_j_m2 * laser.share_of(body) * PI * body.radius_m.powi(2) / body.mass_kg;
+                let of = |body: &Body| {
+                    fluence_j_m2 * laser.share_of(body) * PI * math::powi(body.radius_m, 2) / body.mass_kg
+                };
                 self.bodies.iter().map(of).fold(0.0, f64::max)
             }
         });
@@ -225,7 +228,8 @@ impl<'s> Facts<'s> {
         let [least_s_m, most_s_m] = current.conductivity.range_s_m();
         match current.model {
             CurrentModel::Averaging { heat_share } => {
-                let densities = self.bodies.iter().map(|body| body.mass_kg / (4.0 / 3.0 * PI * body.radius_m.powi(3)));
+                let densities =
+                    self.bodies.iter().map(|body| body.mass_kg / (4.0 / 3.0 * PI * math::powi(body.radius_m, 3)));
                 let density = densities.fold(f64::INFINITY, f64::min);
                 let most = electrodes().filter_map(|electrode| electrode.current_density_a_m2);
                 let most = most.fold(0.0f64, |most, own| most.max(own.abs()));
@@ -243,7 +247,7 @@ impl<'s> Facts<'s> {
                 let contacts = self.number();
                 let (overlap_m, area_m2) = self.pressed(contacts, thermal.temperature_k)?;
                 let one_s = conductance(model, most_s_m, area_m2, self.largest_m() - overlap_m)?;
-                let heat_j = contacts * one_s * tension.max(0.0).powi(2) * on_s;
+                let heat_j = contacts * one_s * math::powi(tension.max(0.0), 2) * on_s;
                 let lightest_kg = self.bodies.iter().map(|body| body.mass_kg).fold(f64::INFINITY, f64::min);
                 Some([heat_j / (self.mass_kg() * capacity), heat_j / (lightest_kg * capacity)])
             }
@@ -383,11 +387,11 @@ fn poured(settings: &ParticlesSettings, duration_s: f64) -> Vec<Body> {
         let number = (pour.rate_1_s * open_s).ceil().min(pour.limit.map_or(f64::INFINITY, |limit| limit as f64));
         let radius_m = match pour.radius {
             // The mean of R³ is that of a particle of this size.
-            Radius::Uniform { mean_m, spread_m } => (mean_m * (mean_m * mean_m + spread_m * spread_m)).cbrt(),
+            Radius::Uniform { mean_m, spread_m } => math::cbrt(mean_m * (mean_m * mean_m + spread_m * spread_m)),
             Radius::LogNormal { mean_m, .. } => mean_m,
         };
         let density = settings.materials.get(usize::from(pour.material)).map_or(0.0, |own| own.density_kg_m3);
-        Body { radius_m, mass_kg: density * 4.0 / 3.0 * PI * radius_m.powi(3), number }
+        Body { radius_m, mass_kg: density * 4.0 / 3.0 * PI * math::powi(radius_m, 3), number }
     };
     settings.pours.iter().map(of).filter(|body| body.number > 0.0).collect()
 }

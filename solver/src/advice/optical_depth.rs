@@ -6,6 +6,7 @@ use super::{
     Advice, Edit, Effect, Quantity, Verdict,
     facts::{Facts, Laser},
 };
+use crate::math;
 use crate::physics::{
     beam::Frame,
     optics::Model,
@@ -26,7 +27,7 @@ pub fn absorbed_share(s: f64) -> f64 {
         // 4s/3 − s²: the closed form loses its digits here.
         return 4.0 / 3.0 * s - s * s;
     }
-    1.0 - (1.0 - (1.0 + 2.0 * s) * (-2.0 * s).exp()) / (2.0 * s * s)
+    1.0 - (1.0 - (1.0 + 2.0 * s) * math::exp(-2.0 * s)) / (2.0 * s * s)
 }
 
 /// Advice on the fidelity of each laser, from τ = Σ q π R²/A over the area A that the particles cover: it does not depend on how
@@ -51,10 +52,10 @@ fn of(facts: &Facts<'_>, laser: &Laser<'_>) -> Vec<Advice> {
         }
         Model::EnergyBalance | Model::Rays { .. } => 1.0,
     };
-    let taken = facts.bodies.iter().map(|body| body.number * share(body.radius_m) * PI * body.radius_m.powi(2));
+    let taken = facts.bodies.iter().map(|body| body.number * share(body.radius_m) * PI * math::powi(body.radius_m, 2));
     let depth = taken.sum::<f64>() / area_m2;
     let beside = beside(facts, laser);
-    let passed = (beside + (1.0 - beside) * (-0.5 * depth).exp()).min(1.0);
+    let passed = (beside + (1.0 - beside) * math::exp(-0.5 * depth)).min(1.0);
     let about = format!("{}.fidelity", laser.table);
     let meaning = format!(
         "cross-sections of the particles that absorb, over the {area_m2:.1e} m2 that they cover; {:.1} % of the beam goes \
@@ -100,7 +101,7 @@ fn of(facts: &Facts<'_>, laser: &Laser<'_>) -> Vec<Advice> {
             own
         }
         Model::Rays { sampling, .. } => {
-            let largest_m2 = PI * facts.largest_m().powi(2);
+            let largest_m2 = PI * math::powi(facts.largest_m(), 2);
             let on_one = sampling.count as f64 * beam.profile.irradiance_1_m2(0.0) * largest_m2;
             let mut own = if on_one < RAYS_ON_ONE {
                 let says = format!(

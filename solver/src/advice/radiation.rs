@@ -1,7 +1,10 @@
 //! Exchange with the surroundings over the run.
 
 use super::{Advice, Edit, Verdict, facts::Facts};
-use crate::physics::thermal::{Ambient, Settings};
+use crate::{
+    math,
+    physics::thermal::{Ambient, Settings},
+};
 
 /// Stefan–Boltzmann constant, in W/(m² K⁴) (CODATA 2018, exact from the defined constants).
 pub(super) const STEFAN_BOLTZMANN: f64 = 5.670_374_419e-8;
@@ -14,11 +17,11 @@ fn unnamed(start_k: f64) -> Ambient {
 /// Change of the smallest particle's temperature in K by surroundings in some time, if it stays at `hot_k`:
 /// (h |θ − θ_∞| + ε σ_SB |θ⁴ − θ_∞⁴|) t A/(m C), A/m = 3/(ρ R) of a sphere.
 fn free_k(facts: &Facts<'_>, thermal: &Settings, ambient: &Ambient, hot_k: f64, time_s: f64) -> f64 {
-    let area = |body: &super::facts::Body| 4.0 * std::f64::consts::PI * body.radius_m.powi(2) / body.mass_kg;
+    let area = |body: &super::facts::Body| 4.0 * std::f64::consts::PI * math::powi(body.radius_m, 2) / body.mass_kg;
     let area_m2_kg = facts.bodies.iter().map(area).fold(0.0, f64::max);
     let there_k = ambient.temperature_k;
     let flux = ambient.convection_w_m2_k * (hot_k - there_k).abs()
-        + ambient.emissivity * STEFAN_BOLTZMANN * (hot_k.powi(4) - there_k.powi(4)).abs();
+        + ambient.emissivity * STEFAN_BOLTZMANN * (math::powi(hot_k, 4) - math::powi(there_k, 4)).abs();
     ambient.exposed * area_m2_kg * flux * time_s / facts.capacity_j_kg_k(thermal)
 }
 

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use super::{Advice, Verdict, facts::Facts};
+use crate::math;
 
 /// Wavelength of Nd:YAG and fibre lasers, in m: the scene does not name one.
 const WAVELENGTH_M: f64 = 1.06e-6;
@@ -13,7 +14,7 @@ const LARGE: f64 = 30.0;
 /// (Nussenzveig & Wiscombe 1980, Phys. Rev. Lett. 45, 1490, for spheres).
 #[must_use]
 pub fn edge_share(size_parameter: f64) -> f64 {
-    2.0 * size_parameter.powf(-2.0 / 3.0)
+    2.0 * math::powf(size_parameter, -2.0 / 3.0)
 }
 
 /// Advice on rays and on lines of Beer and Lambert, which are rays too.

@@ -1,5 +1,7 @@
 use stagger_messages::{Change, Field, Measure, MessageError};
 
+use crate::math;
+
 /// Rows whose norms are taken together: square roots of neighbours cost the processor little more than one.
 const LANES: usize = 8;
 
@@ -43,7 +45,7 @@ fn distance(a: &[f64], b: Option<&[f64]>, components: usize) -> (f64, usize) {
         _ => {
             let square = |row: usize| {
                 let range = row * components..(row + 1) * components;
-                range.map(|i| (a[i] - b.map_or(0.0, |b| b[i])).powi(2)).sum::<f64>()
+                range.map(|i| math::powi(a[i] - b.map_or(0.0, |b| b[i]), 2)).sum::<f64>()
             };
             let norms = (0..a.len().checked_div(components).unwrap_or(0)).map(|row| square(row).sqrt());
             let mut worst = (0.0, 0);

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use stagger_messages::{Decision, Done, Failure, FieldError, Measure, Verdict, Version};
 
 use super::{Measured, Precedent, Settings, Window, order, relative};
+use crate::math;
 
 /// What one node answered to one iteration.
 #[derive(Clone, Debug)]
@@ -319,14 +320,14 @@ impl StepControl {
     fn contraction(&self, first: f64, error: f64) -> f64 {
         let intervals = self.progress.version.iteration.saturating_sub(1);
         let known = intervals > 0 && first > 0.0 && first.is_finite() && error.is_finite();
-        if known { (error / first).powf(1.0 / f64::from(intervals)) } else { 0.0 }
+        if known { math::powf(error / first, 1.0 / f64::from(intervals)) } else { 0.0 }
     }
 
     /// Λ_K = (TOL/ε⁰)^{1/(p K_d)} / (ε^K/ε⁰)^{1/(p K)} (Zohdi 2018, eqs. 6.31, 6.50).
     fn factor(&self, first: f64, error: f64, tolerance: f64, order: f64) -> f64 {
         let wanted = f64::from(self.settings.iterations);
         let done = f64::from(self.progress.version.iteration);
-        (tolerance / first).powf(1.0 / (order * wanted)) / (error / first).powf(1.0 / (order * done))
+        math::powf(tolerance / first, 1.0 / (order * wanted)) / math::powf(error / first, 1.0 / (order * done))
     }
 
     fn accept(&mut self, decision: &mut Decision, window: Window) {

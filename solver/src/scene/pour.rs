@@ -9,7 +9,10 @@ use super::{
     reader::Table,
     units::{LENGTH, MASS_FLOW, RATE, SPEED, TIME},
 };
-use crate::physics::particles::{Domain, Pour, PourRegion, Radius};
+use crate::{
+    math,
+    physics::particles::{Domain, Pour, PourRegion, Radius},
+};
 
 static BOX: Key = Key::new("box", Kind::Table(&BOX_SECTION), "Box in which particles appear.")
     .or_from("none; a dispenser has a box or a disc");
@@ -201,7 +204,9 @@ fn rate(table: &Table<'_>, mean_mass_kg: f64) -> f64 {
 fn mean_mass_kg(density_kg_m3: f64, radius: &Radius) -> f64 {
     let cube_m3 = match *radius {
         Radius::Uniform { mean_m, spread_m } => mean_m * (mean_m * mean_m + spread_m * spread_m),
-        Radius::LogNormal { mean_m, deviation_m, .. } => (mean_m * (1.0 + (deviation_m / mean_m).powi(2))).powi(3),
+        Radius::LogNormal { mean_m, deviation_m, .. } => {
+            math::powi(mean_m * (1.0 + math::powi(deviation_m / mean_m, 2)), 3)
+        }
     };
     density_kg_m3 * 4.0 / 3.0 * PI * cube_m3
 }

@@ -1,5 +1,7 @@
 //! Quantities with units: `"25 um"`, `"15 W/(m K)"`, `"1.8e-5 Pa s"`, read into SI.
 
+use crate::math;
+
 /// Exponents of the SI base units a quantity is made of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Dimension {
@@ -441,7 +443,7 @@ impl Cursor<'_> {
         if largest.unwrap_or(0) > 60 || exponent.abs() > 300 {
             return Err(self.malformed());
         }
-        Ok(Unit { dimension, exponent, factor: left.factor * right.factor.powi(power) })
+        Ok(Unit { dimension, exponent, factor: left.factor * math::powi(right.factor, power) })
     }
 }
 

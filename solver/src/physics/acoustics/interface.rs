@@ -2,7 +2,7 @@ use nalgebra::Vector3;
 use serde::Serialize;
 
 use super::NODE;
-use crate::{SolveError, physics::checks::positive};
+use crate::{SolveError, math, physics::checks::positive};
 
 /// The surface between a fluid and the particles in it, for sound.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -40,7 +40,7 @@ impl Interface {
 
     /// Cosine of the angle of transmission, sinθ_t = sinθ_i/c̃ (Zohdi 2018, eq. 11.2); `None` beyond the critical angle.
     fn transmitted_cosine(&self, cosine: f64) -> Option<f64> {
-        let squared = 1.0 - (1.0 - cosine * cosine) / self.speed_ratio().powi(2);
+        let squared = 1.0 - (1.0 - cosine * cosine) / math::powi(self.speed_ratio(), 2);
         (squared > 0.0).then(|| squared.sqrt())
     }
 
@@ -55,7 +55,7 @@ impl Interface {
         match self.transmitted_cosine(cosine) {
             Some(transmitted) if cosine > 0.0 => {
                 let incident = ratio * cosine;
-                ((incident - transmitted) / (incident + transmitted)).powi(2)
+                math::powi((incident - transmitted) / (incident + transmitted), 2)
             }
             _ => 1.0,
         }

@@ -15,6 +15,7 @@ pub use self::{
 use crate::{
     SolveError,
     coupling::{Frozen, Physics, Reply, Window},
+    math,
     physics::{
         beam::{Beam, Frame, Profile},
         checks::{field, positive, radii, values},
@@ -94,7 +95,7 @@ impl Acoustics {
         let grid = Grid::new(spheres(positions_m, radii_m));
         let rays = starts(&self.frame, self.beam.spot_m(t_s), &self.points_m, &grid);
         let share = 1.0 / rays.len() as f64;
-        let area_m2 = PI * self.settings.beam.radius_m.powi(2) * share;
+        let area_m2 = PI * math::powi(self.settings.beam.radius_m, 2) * share;
         let impedance = interface.impedance_pa_s_m();
         let surface = |strike: &Strike| {
             let reflected = interface.reflectance(strike.cosine);

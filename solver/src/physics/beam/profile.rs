@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::Profile;
-use crate::{SolveError, physics::checks::positive};
+use crate::{SolveError, math, physics::checks::positive};
 
 impl Profile {
     /// Refuses settings outside their range, as those of `node`.
@@ -21,8 +21,10 @@ impl Profile {
         match *self {
             Self::TopHat { radius_m } if d_m <= radius_m => 1.0 / (PI * radius_m * radius_m),
             Self::TopHat { .. } => 0.0,
-            Self::Gaussian { radius_m } => 2.0 / (PI * radius_m * radius_m) * (-2.0 * (d_m / radius_m).powi(2)).exp(),
-            Self::Exponential { decay_1_m } => decay_1_m * decay_1_m / (2.0 * PI) * (-decay_1_m * d_m).exp(),
+            Self::Gaussian { radius_m } => {
+                2.0 / (PI * radius_m * radius_m) * math::exp(-2.0 * math::powi(d_m / radius_m, 2))
+            }
+            Self::Exponential { decay_1_m } => decay_1_m * decay_1_m / (2.0 * PI) * math::exp(-decay_1_m * d_m),
         }
     }
 
@@ -30,10 +32,10 @@ impl Profile {
     pub(crate) fn quantile_m(&self, q: f64) -> f64 {
         match *self {
             Self::TopHat { radius_m } => radius_m * q.sqrt(),
-            Self::Gaussian { radius_m } => radius_m * (-0.5 * (-q).ln_1p()).sqrt(),
+            Self::Gaussian { radius_m } => radius_m * (-0.5 * math::ln_1p(-q)).sqrt(),
             // 1 − (1 + x) e^{−x} = q has no closed solution; what is left of the power lies beyond x = 750 in no binary64.
             Self::Exponential { decay_1_m } => {
-                let within = |x: f64| -(-x).exp_m1() - x * (-x).exp();
+                let within = |x: f64| -math::exp_m1(-x) - x * math::exp(-x);
                 let (mut low, mut high) = (0.0, 750.0);
                 // Halved until neither end moves any more.
                 loop {

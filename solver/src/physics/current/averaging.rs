@@ -3,7 +3,7 @@ use std::f64::consts::PI;
 use stagger_messages::Fields;
 
 use super::{Current, Drive, Flow, graph::Graph, network::Network};
-use crate::SolveError;
+use crate::{SolveError, math};
 
 impl Current {
     /// The monograph's averaging (Zohdi 2018, eqs. 8.13–8.14): J_i = Σ_j A_ij J_j / Σ_j A_ij over the particles j that touch
@@ -39,7 +39,7 @@ impl Current {
         }
         let heating = values.iter().zip(radii_m.iter().zip(conductivity_s_m));
         let joule_w: Vec<f64> = heating
-            .map(|(j, (&radius_m, sigma))| heat_share * j * j * 4.0 / 3.0 * PI * radius_m.powi(3) / sigma)
+            .map(|(j, (&radius_m, sigma))| heat_share * j * j * 4.0 / 3.0 * PI * math::powi(radius_m, 3) / sigma)
             .collect();
         let floating = solved.floats.iter().zip(&held).filter(|(floats, held)| **floats && held.is_none()).count();
         Ok(Flow {

@@ -1,5 +1,7 @@
 use serde::Serialize;
 
+use crate::math;
+
 /// Electrical conductivity by temperature and electric field (Zohdi 2018, eq. 8.17):
 ///
 /// σ(θ, E) = σ_R \[1 + K₁/(1 + e^{−γ₁ (θ − θ_R)}) + K₂/(1 + e^{−γ₂ (E − E_R)})\]
@@ -31,7 +33,7 @@ impl Transition {
     /// K/(1 + e^{−γ (x − x_R)}), between 0 and K for every finite x: an exponential beyond all numbers gives 0.
     #[must_use]
     pub fn at(&self, x: f64) -> f64 {
-        self.gain / (1.0 + (-self.rate * (x - self.reference)).exp())
+        self.gain / (1.0 + math::exp(-self.rate * (x - self.reference)))
     }
 }
 

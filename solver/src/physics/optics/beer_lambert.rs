@@ -1,7 +1,7 @@
 use rayon::prelude::*;
 
 use super::{NODE, Profile};
-use crate::{SolveError, physics::checks::setting};
+use crate::{SolveError, math, physics::checks::setting};
 
 /// Sampling points on one side of the square grid: 4 million lines are 32 MB.
 const LARGEST_SIDE: f64 = 2001.0;
@@ -47,7 +47,7 @@ impl Lines {
         let mut shares = Vec::with_capacity((side * side) as usize);
         for row in -half..=half {
             for column in -half..=half {
-                let d_m = spacing_m * (row as f64).hypot(column as f64);
+                let d_m = spacing_m * math::hypot(row as f64, column as f64);
                 shares.push(if d_m <= profile.cut_m() { profile.irradiance_1_m2(d_m) } else { 0.0 });
             }
         }
@@ -69,7 +69,7 @@ impl Lines {
             line.sort_unstable_by(|a, b| a.entry_m.total_cmp(&b.entry_m).then(a.particle.cmp(&b.particle)));
             let mut left = self.shares[line[0].line as usize];
             for hit in line.iter_mut() {
-                hit.absorbed = left * -(-absorption_1_m * hit.chord_m).exp_m1();
+                hit.absorbed = left * -math::exp_m1(-absorption_1_m * hit.chord_m);
                 left -= hit.absorbed;
             }
         });

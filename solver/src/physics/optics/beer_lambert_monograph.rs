@@ -3,6 +3,7 @@ use std::f64::consts::PI;
 use rayon::prelude::*;
 
 use super::Profile;
+use crate::math;
 
 /// Bins on one side of the search grid at most.
 const LARGEST_SIDE: f64 = 1024.0;
@@ -24,20 +25,20 @@ pub(super) fn absorbed(profile: &Profile, absorption_1_m: f64, centres_m: &[[f64
     let bins = Bins::new(centres_m, profile.cut_m() + largest_m, largest_m);
     let share = |i: usize| {
         let [u, v, depth] = centres_m[i];
-        let d_m = u.hypot(v);
+        let d_m = math::hypot(u, v);
         if d_m > profile.cut_m() {
             return 0.0;
         }
         let mut above_m = 0.0;
         for j in bins.near(u, v) {
             let [u_j, v_j, depth_j] = centres_m[j];
-            let half_chord_squared = radii_m[j] * radii_m[j] - (u_j - u).powi(2) - (v_j - v).powi(2);
+            let half_chord_squared = radii_m[j] * radii_m[j] - math::powi(u_j - u, 2) - math::powi(v_j - v, 2);
             if depth_j < depth && half_chord_squared > 0.0 {
                 above_m += 2.0 * half_chord_squared.sqrt();
             }
         }
-        let volume_m3 = 4.0 / 3.0 * PI * radii_m[i].powi(3);
-        absorption_1_m * profile.irradiance_1_m2(d_m) * (-absorption_1_m * above_m).exp() * volume_m3
+        let volume_m3 = 4.0 / 3.0 * PI * math::powi(radii_m[i], 3);
+        absorption_1_m * profile.irradiance_1_m2(d_m) * math::exp(-absorption_1_m * above_m) * volume_m3
     };
     (0..radii_m.len()).into_par_iter().with_min_len(PARTICLES_PER_TASK).map(share).collect()
 }

@@ -1,7 +1,9 @@
+use crate::math;
+
 /// Share of the power that each particle takes where all of it is spread by mass (Zohdi 2018, eq. 6.39):
 /// R_i³/Σ R³, as the density is one. Every particle heats alike, wherever it lies; nothing passes.
 pub(super) fn shares(radii_m: &[f64]) -> Vec<f64> {
-    let cubes: Vec<f64> = radii_m.iter().map(|radius| radius.powi(3)).collect();
+    let cubes: Vec<f64> = radii_m.iter().map(|radius| math::powi(*radius, 3)).collect();
     let total: f64 = cubes.iter().sum();
     cubes.into_iter().map(|cube| if total > 0.0 { cube / total } else { 0.0 }).collect()
 }

@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use serde::{Deserialize, Serialize};
 
 use super::Vec3;
+use crate::math;
 
 /// Cells an axis that a position is sorted into; farther ones share the last.
 const CELLS: f64 = (1u64 << 21) as f64 - 1.0;
@@ -77,7 +78,7 @@ impl Bodies {
 
 /// Mass of a sphere, 4/3 π R³ ρ, in kg.
 pub(super) fn sphere_mass(radius_m: f64, density_kg_m3: f64) -> f64 {
-    4.0 / 3.0 * PI * radius_m.powi(3) * density_kg_m3
+    4.0 / 3.0 * PI * math::powi(radius_m, 3) * density_kg_m3
 }
 
 /// Moment of inertia of a sphere, 2/5 m R², in kg m².

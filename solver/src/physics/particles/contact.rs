@@ -10,6 +10,7 @@ use super::{
     rolling::resist,
     settings::ContactLaw,
 };
+use crate::math;
 
 /// Stiffness over the modulus, and area of a contact.
 #[derive(Clone, Copy, Debug)]
@@ -116,7 +117,7 @@ impl Law {
     fn small(self, reduced_radius: f64, length: f64) -> (f64, f64) {
         let c = match self {
             // A → 2π R* δ.
-            Self::Overlap(law) => std::f64::consts::TAU * reduced_radius / length.powf(law.exponent()),
+            Self::Overlap(law) => std::f64::consts::TAU * reduced_radius / math::powf(length, law.exponent()),
             Self::Hertz(_) => 4.0 / 3.0 * reduced_radius.sqrt(),
             Self::Linear(_) => 1.0,
         };

@@ -1,7 +1,7 @@
 //! What can be said of the particles before anything moves: for advice about a scene.
 
 use super::{Particles, Vec3, contact::Normal as _, substep::TimeScales};
-use crate::SolveError;
+use crate::{SolveError, math};
 
 /// What is to be expected of a scene's particles.
 #[derive(Clone, Debug)]
@@ -52,7 +52,7 @@ impl Particles {
         let (c, q) = self.law.small_wall(radius_m);
         let stiffness = c * self.modulus(0, temperature_k);
         let overlap_m =
-            if stiffness > 0.0 && force_n > 0.0 { (force_n / stiffness).powf(1.0 / (q - 1.0)) } else { 0.0 };
+            if stiffness > 0.0 && force_n > 0.0 { math::powf(force_n / stiffness, 1.0 / (q - 1.0)) } else { 0.0 };
         let overlap_m = overlap_m.min(radius_m);
         (overlap_m, if overlap_m > 0.0 { self.law.wall(overlap_m, radius_m).area_m2 } else { 0.0 })
     }

@@ -6,6 +6,8 @@ use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
 use pulp::Simd;
 
+use crate::math;
+
 /// A number, or a few side by side.
 pub(in crate::physics) trait Real:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
@@ -51,7 +53,7 @@ impl Real for f64 {
 
     #[inline(always)]
     fn power(self, exponent: f64) -> Self {
-        self.abs().powf(exponent)
+        math::powf(self.abs(), exponent)
     }
 
     #[inline(always)]
@@ -116,7 +118,7 @@ impl<S: Simd> Real for Lanes<S> {
         let mut lanes = [0.0; LANES];
         self.simd.partial_store_f64s(&mut lanes, self.values);
         for lane in &mut lanes {
-            *lane = lane.abs().powf(exponent);
+            *lane = math::powf(lane.abs(), exponent);
         }
         Self { values: self.simd.partial_load_f64s(&lanes[..S::F64_LANES]), ..self }
     }

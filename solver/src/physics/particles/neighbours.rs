@@ -9,7 +9,7 @@ use super::{
     PARALLEL_PARTICLES, Vec3,
     blocks::{BLOCK, Block, connect},
 };
-use crate::SolveError;
+use crate::{SolveError, math};
 
 /// Particles are binned with others up to half their size; below 2^-15 of the largest they share the last level.
 const LEVELS: usize = 16;
@@ -40,7 +40,7 @@ impl NeighbourList {
     pub fn build(positions: &[Vec3], radii: &[f64], skin: f64) -> Result<Self, SolveError> {
         let largest = radii.iter().fold(0.0f64, |largest, &radius| largest.max(radius));
         let mut members: Vec<Vec<u32>> = vec![Vec::new(); LEVELS];
-        let level_of = |radius: f64| ((largest / radius).log2().max(0.0) as usize).min(LEVELS - 1);
+        let level_of = |radius: f64| (math::log2(largest / radius).max(0.0) as usize).min(LEVELS - 1);
         for (i, &radius) in (0u32..).zip(radii) {
             members[level_of(radius)].push(i);
         }

@@ -5,6 +5,7 @@ use super::{
     lanes::Real,
     quadrature,
 };
+use crate::math;
 
 /// The monograph's overlap law K_p |E|^p A with E = δ/(R_i+R_j) (Zohdi 2018, eqs. 6.6–6.9), A the area of the lens
 /// plane (eqs. 6.52–6.57). Its modulus of a pair is the mean of the particles' K_p (eq. 6.34).
@@ -35,7 +36,7 @@ impl Overlap {
     fn strain_power(self, strain: f64) -> f64 {
         match self {
             Self::Square => strain * strain,
-            Self::Power(exponent) => strain.powf(exponent),
+            Self::Power(exponent) => math::powf(strain, exponent),
         }
     }
 

@@ -4,7 +4,7 @@ use super::{
     contact::{Law, Normal as _},
     settings::{ContactLaw, Friction, Settings},
 };
-use crate::SolveError;
+use crate::{SolveError, math};
 
 /// Coefficients of the contact of two materials.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -166,8 +166,8 @@ fn general(settings: &Settings, law: Law, poissons: [Option<f64>; 2]) -> PairLaw
 
 /// Damping ratio ζ of a restitution coefficient e in (0, 1]: −ln e/√(π² + ln² e) (linear spring, exact).
 pub(super) fn damping_ratio(restitution: f64) -> f64 {
-    let logarithm = restitution.ln();
-    -logarithm / std::f64::consts::PI.hypot(logarithm)
+    let logarithm = math::ln(restitution);
+    -logarithm / math::hypot(std::f64::consts::PI, logarithm)
 }
 
 /// Ratio of tangential to normal stiffness: Mindlin's 2(1−ν)/(2−ν) of Hertz's law, with the mean of both partners where

@@ -6,7 +6,7 @@ use rand_chacha::{ChaCha8Rng, rand_core::SeedableRng};
 use serde::Serialize;
 
 use super::{Radius, Vec3, start::uniform};
-use crate::{SolveError, physics::checks};
+use crate::{SolveError, math, physics::checks};
 
 /// Places tried for a particle before it waits for the next window: where one place in a hundred is free, seven of
 /// eight particles find one.
@@ -72,7 +72,7 @@ impl PourRegion {
             }),
             Self::Disc { centre_m, radius_m: disc_m } => {
                 let distance = (disc_m - radius_m).max(0.0) * random[0].sqrt();
-                let (sine, cosine) = (std::f64::consts::TAU * random[1]).sin_cos();
+                let (sine, cosine) = math::sin_cos(std::f64::consts::TAU * random[1]);
                 Vec3::from(centre_m) + Vec3::new(distance * cosine, distance * sine, 0.0)
             }
         }

@@ -1,3 +1,5 @@
+use crate::math;
+
 /// Thermal softening K(θ) = max(K_0 e^{−a(θ/θ* − 1)}, K_lim) (Zohdi 2018, eqs. 6.33, 7.2).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Softening {
@@ -15,7 +17,8 @@ impl Softening {
     /// The modulus at `temperature_k`.
     #[inline]
     pub fn stiffness(&self, temperature_k: f64) -> f64 {
-        (self.reference_modulus * (-self.rate * (temperature_k / self.reference_k - 1.0)).exp()).max(self.floor_modulus)
+        (self.reference_modulus * math::exp(-self.rate * (temperature_k / self.reference_k - 1.0)))
+            .max(self.floor_modulus)
     }
 }
 

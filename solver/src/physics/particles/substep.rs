@@ -8,6 +8,7 @@ use super::{
     settings::Friction,
     state::{Motion, State},
 };
+use crate::math;
 
 /// Substeps to the shortest contact; the peak force of a Verlet collision is then good to about a per mille.
 const SUBSTEPS_PER_CONTACT: f64 = 25.0;
@@ -23,9 +24,9 @@ fn impact(mass_kg: f64, speed_m_s: f64, c: f64, q: f64) -> (f64, f64) {
     if speed_m_s <= 0.0 {
         return (f64::INFINITY, 0.0);
     }
-    let overlap = (0.5 * q * mass_kg * speed_m_s * speed_m_s / c).powf(1.0 / q);
+    let overlap = math::powf(0.5 * q * mass_kg * speed_m_s * speed_m_s / c, 1.0 / q);
     // x = 1 − u² takes the root singularity away.
-    let integral = quadrature::over_unit_interval(|u| 2.0 * u / (1.0 - (1.0 - u * u).powf(q)).sqrt());
+    let integral = quadrature::over_unit_interval(|u| 2.0 * u / (1.0 - math::powf(1.0 - u * u, q)).sqrt());
     (2.0 * overlap / speed_m_s * integral, overlap)
 }
 

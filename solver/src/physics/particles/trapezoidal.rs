@@ -11,6 +11,7 @@ use super::{
 use crate::{
     SolveError,
     coupling::{NotConverged, Window},
+    math,
 };
 
 /// Order of the fixed point's contraction in Δt for motion (Zohdi 2018, eq. 6.31: p = 2).
@@ -104,7 +105,7 @@ impl Trapezoidal {
         motion.check_finite()?;
         if change > self.tolerance {
             let root = 1.0 / (ORDER * f64::from(self.iterations));
-            let step_factor = (self.tolerance / change).powf(root).clamp(0.1, 0.9);
+            let step_factor = math::powf(self.tolerance / change, root).clamp(0.1, 0.9);
             let reason = "integrator.iterations do not reach integrator.tolerance";
             return Ok(Trial::NotConverged(NotConverged { reason, step_factor }));
         }

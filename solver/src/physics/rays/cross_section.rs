@@ -6,7 +6,10 @@ use rand_chacha::{
 };
 
 use super::{Grid, Pattern, Ray, Sampling, Vec3};
-use crate::physics::beam::{Frame, Profile};
+use crate::{
+    math,
+    physics::beam::{Frame, Profile},
+};
 
 /// The golden angle π (3 − √5): successive multiples of it leave no direction out (Vogel 1979).
 const GOLDEN_ANGLE: f64 = PI * 0.763_932_022_500_210_3;
@@ -14,7 +17,7 @@ const GOLDEN_ANGLE: f64 = PI * 0.763_932_022_500_210_3;
 /// Where the rays pass the beam's cross-section, in m from its axis. Each stands for the same share of the power.
 pub(crate) fn points_m(profile: &Profile, sampling: &Sampling) -> Vec<[f64; 2]> {
     let point = |q: f64, angle: f64| {
-        let (sine, cosine) = angle.sin_cos();
+        let (sine, cosine) = math::sin_cos(angle);
         let radius_m = profile.quantile_m(q);
         [radius_m * cosine, radius_m * sine]
     };

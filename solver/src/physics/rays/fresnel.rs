@@ -1,6 +1,8 @@
 use nalgebra::Complex;
 use serde::Serialize;
 
+use crate::math;
+
 /// Refractive index n̂ = n + i k of a surface over that of the medium around it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct RefractiveIndex {
@@ -30,8 +32,9 @@ pub fn reflectance(index: RefractiveIndex, permeability: f64, cosine: f64) -> f6
     if square <= 0.0 && above_one <= 0.0 {
         return 1.0;
     }
-    let root = Complex::new(above_one, square).sqrt();
-    let inner = Complex::new(real, extinction).powi(2) * (cosine / permeability);
+    let root = math::complex_sqrt(Complex::new(above_one, square));
+    let index = Complex::new(real, extinction);
+    let inner = index * index * (cosine / permeability);
     let parallel = ((inner - root) / (inner + root)).norm_sqr();
     let outer = root / permeability;
     let perpendicular = ((Complex::from(cosine) - outer) / (Complex::from(cosine) + outer)).norm_sqr();

@@ -1,4 +1,5 @@
 use super::{Ray, Sphere, Vec3};
+use crate::math;
 
 /// Cells a sphere: finer ones are crossed in vain, coarser ones hold more spheres to try. Measured on dense beds.
 const CELLS_PER_SPHERE: f64 = 2.0;
@@ -91,7 +92,7 @@ impl Grid {
             // Distance from the centre to a cell, squared, axis by axis.
             let apart = |axis: usize, cell: usize| {
                 let low = self.lower[axis] + cell as f64 * self.cell[axis];
-                (low - centre[axis]).max(centre[axis] - (low + self.cell[axis])).max(0.0).powi(2)
+                math::powi((low - centre[axis]).max(centre[axis] - (low + self.cell[axis])).max(0.0), 2)
             };
             for z in from[2]..=to[2] {
                 for y in from[1]..=to[1] {
@@ -184,7 +185,7 @@ impl Grid {
 fn cell_size(extent: Vec3, cells: f64) -> f64 {
     let mut sides = <[f64; 3]>::from(extent);
     sides.sort_by(|a, b| b.total_cmp(a));
-    let cube = (sides[0] * sides[1] * sides[2] / cells).cbrt();
+    let cube = math::cbrt(sides[0] * sides[1] * sides[2] / cells);
     let square = (sides[0] * sides[1] / cells).sqrt();
     if cube <= sides[2] {
         cube

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::Load;
+use crate::math;
 
 /// Deflection into the solid at a distance ρ from the load's centre, in m (Johnson 1985, eqs. 3.22, 3.29):
 /// F(1−ν²)/(π E ρ) outside the contact, at its centre 2F(1−ν²)/(π E a), that of an even pressure over it; between half the
@@ -28,7 +29,7 @@ pub(super) fn under_particles(
     let under = |(row, place): (u32, &Option<[f64; 2]>)| {
         let Some([x, y]) = *place else { return 0.0 };
         let others = loads.iter().zip(by).filter(|(_, particle)| **particle != row);
-        others.map(|(load, _)| deflection_m(poisson, young_pa, load, (x - load.x_m).hypot(y - load.y_m))).sum()
+        others.map(|(load, _)| deflection_m(poisson, young_pa, load, math::hypot(x - load.x_m, y - load.y_m))).sum()
     };
     let rows: Vec<(u32, &Option<[f64; 2]>)> = (0u32..).zip(at).collect();
     rows.into_par_iter().map(under).collect()

@@ -8,7 +8,7 @@
 use std::ops::Range;
 
 use super::{Load, NODE, point_load::Source, samples::Bounds};
-use crate::{SolveError, physics::checks::setting};
+use crate::{SolveError, math, physics::checks::setting};
 
 /// Least distance from a cell's centre to a point that sees its loads together, in half sides of the cell.
 const SEPARATION: f64 = 3.0;
@@ -47,7 +47,7 @@ impl FarField {
     /// The Chebyshev nodes in [−1, 1].
     fn places(self) -> Vec<f64> {
         let p = self.nodes as f64;
-        (0..self.nodes).map(|node| (std::f64::consts::PI * (node as f64 + 0.5) / p).cos()).collect()
+        (0..self.nodes).map(|node| math::cos(std::f64::consts::PI * (node as f64 + 0.5) / p)).collect()
     }
 }
 

@@ -3,6 +3,7 @@
 use nalgebra::Complex;
 
 use super::{Load, point_load::COMPONENTS};
+use crate::math;
 
 /// Stress in Pa at a point `x`, `y` from the load's centre and `z` ≥ 0 below the surface, in m.
 ///
@@ -23,12 +24,12 @@ pub(super) fn stress(poisson: f64, load: &Load, x: f64, y: f64, z: f64) -> [f64;
     let depth = Complex::new(z, a);
     // The root with a positive real part; above the disc on the surface, that of z → 0 from below.
     let root = {
-        let root = (depth * depth + r2).sqrt();
+        let root = math::complex_sqrt(depth * depth + r2);
         if root.re < 0.0 || (root.re == 0.0 && root.im < 0.0) { -root } else { root }
     };
     let u = root + depth;
     let v = u.inv();
-    let log = u.ln();
+    let log = math::complex_ln(u);
     // On the disc's edge at the surface, what has this factor is multiplied by z = 0.
     let w = if root.norm_sqr() > 0.0 { root.inv() } else { Complex::new(0.0, 0.0) };
     let (v2, v3, v4) = (v * v, v * v * v, v * v * v * v);

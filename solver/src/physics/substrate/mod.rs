@@ -23,6 +23,7 @@ pub use self::{
 use crate::{
     SolveError,
     coupling::{Frozen, Physics, Reply, Window},
+    math,
     physics::checks::{field, radii, values},
 };
 
@@ -191,7 +192,7 @@ impl Substrate {
         let mut figures = BTreeMap::from([
             ("loads".to_owned(), loads.loads.len() as f64),
             ("normal load [N]".to_owned(), loads.normal_n),
-            ("tangential load [N]".to_owned(), loads.tangential_n[0].hypot(loads.tangential_n[1])),
+            ("tangential load [N]".to_owned(), math::hypot(loads.tangential_n[0], loads.tangential_n[1])),
         ]);
         let largest = measures.iter().map(Measures::von_mises_pa).fold(0.0, f64::max);
         figures.insert("largest von Mises stress [Pa]".to_owned(), largest);

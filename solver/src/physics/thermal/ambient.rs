@@ -1,7 +1,7 @@
 use std::f64::consts::PI;
 
 use super::{Ambient, NODE};
-use crate::{SolveError, physics::checks::setting};
+use crate::{SolveError, math, physics::checks::setting};
 
 /// Stefan–Boltzmann constant σ_SB in W/(m² K⁴) (CODATA 2018, exact).
 const STEFAN_BOLTZMANN_W_M2_K4: f64 = 5.670_374_419e-8;
@@ -48,7 +48,7 @@ impl Ambient {
 
 /// θ⁴, with the sign of θ: an iterate below 0 K is drawn back instead of emitting.
 fn fourth_power(temperature_k: f64) -> f64 {
-    temperature_k * temperature_k.abs().powi(3)
+    temperature_k * math::powi(temperature_k.abs(), 3)
 }
 
 impl Exchange {
@@ -68,6 +68,6 @@ impl Exchange {
 
     /// What particle `i` loses more for each kelvin it is hotter, in W/K.
     pub(super) fn slope(&self, i: usize, temperature_k: f64) -> f64 {
-        self.convection_w_k[i] + 4.0 * self.radiation_w_k4[i] * temperature_k.abs().powi(3)
+        self.convection_w_k[i] + 4.0 * self.radiation_w_k4[i] * math::powi(temperature_k.abs(), 3)
     }
 }

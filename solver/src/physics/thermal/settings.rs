@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::Table;
 pub use crate::physics::Conductance;
-use crate::physics::Wall;
+use crate::{math, physics::Wall};
 
 /// Everything the particles' temperature depends on. SI units.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -134,5 +134,5 @@ impl Settings {
 
 /// Mass of a sphere m = ρ 4/3 π R³, in kg.
 pub(super) fn mass_kg(density_kg_m3: f64, radius_m: f64) -> f64 {
-    density_kg_m3 * 4.0 / 3.0 * PI * radius_m.powi(3)
+    density_kg_m3 * 4.0 / 3.0 * PI * math::powi(radius_m, 3)
 }

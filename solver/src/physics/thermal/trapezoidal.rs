@@ -1,5 +1,5 @@
 use super::{Settings, network::Network};
-use crate::coupling::NotConverged;
+use crate::{coupling::NotConverged, math};
 
 /// Temperatures at a window's end and what it took to get there.
 pub(super) struct Advanced {
@@ -72,6 +72,6 @@ pub(super) fn not_converged(settings: &Settings, change: f64) -> NotConverged {
 ///
 /// At K = K_d the change of the first sweep cancels from the equation.
 fn step_factor(settings: &Settings, change: f64) -> f64 {
-    let factor = (settings.tolerance / change).powf(1.0 / f64::from(settings.iterations));
+    let factor = math::powf(settings.tolerance / change, 1.0 / f64::from(settings.iterations));
     if factor.is_finite() { factor.clamp(0.1, 0.9) } else { 0.5 }
 }

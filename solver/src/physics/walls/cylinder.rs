@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::{Vec3, finite, shape::across, unit};
-use crate::{SolveError, physics::checks};
+use crate::{SolveError, math, physics::checks};
 
 /// A cylinder: infinite and touched from one side, or a thin tube with open ends that is touched from everywhere.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -59,7 +59,7 @@ impl Cylinder {
             };
         };
         let past_end = along - along.clamp(0.0, length_m);
-        let distance = beyond.hypot(past_end);
+        let distance = math::hypot(beyond, past_end);
         // Inside a tube's length the division would only add rounding.
         if past_end == 0.0 || distance <= 0.0 {
             return (if beyond < 0.0 { -outwards } else { outwards }, beyond.abs());

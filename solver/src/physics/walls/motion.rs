@@ -2,11 +2,11 @@
 
 use std::f64::consts::TAU;
 
-use nalgebra::{Rotation3, Unit};
+use nalgebra::Unit;
 use serde::{Deserialize, Serialize};
 
 use super::{Pose, Pressed, Series, Vec3, finite, series::Piece, unit};
-use crate::{SolveError, physics::checks};
+use crate::{SolveError, math, physics::checks};
 
 /// How the frame of a wall moves. At rest it is the scene's.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -108,12 +108,12 @@ impl Motion {
                 let angle = (speed_rad_s * during.passed_s(t_s)) % TAU;
                 let axis = Unit::new_normalize(Vec3::from(*axis));
                 let spin = axis.into_inner() * (speed_rad_s * during.active(t_s));
-                Pose::turned(Rotation3::from_axis_angle(&axis, angle), Vec3::from(*through_m), spin)
+                Pose::turned(math::rotation(axis, angle), Vec3::from(*through_m), spin)
             }
             Self::Oscillation { amplitude_m, frequency_hz, phase_rad } => {
                 let (amplitude, pulsation) = (Vec3::from(*amplitude_m), TAU * frequency_hz);
                 let angle = pulsation * t_s + phase_rad;
-                Pose::shifted(amplitude * angle.sin(), amplitude * (pulsation * angle.cos()))
+                Pose::shifted(amplitude * math::sin(angle), amplitude * (pulsation * math::cos(angle)))
             }
             Self::Pressed(pressed) => {
                 let direction = Vec3::from(pressed.direction);

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::{Series, WallState, finite, unit};
-use crate::{SolveError, physics::checks};
+use crate::{SolveError, math, physics::checks};
 
 /// A wall that is free along one direction n and pressed along it: with displacement s from its place in the scene,
 ///
@@ -101,8 +101,8 @@ impl Pressed {
         }
         let decay = self.damping_n_s_m * duration_s / self.mass_kg;
         // (1 − e^(−x))/x, which is 1 without a damper.
-        let share = if decay > 0.0 { -(-decay).exp_m1() / decay } else { 1.0 };
-        state.speed_m_s = before.speed_m_s * (-decay).exp() + force_n * duration_s / self.mass_kg * share;
+        let share = if decay > 0.0 { -math::exp_m1(-decay) / decay } else { 1.0 };
+        state.speed_m_s = before.speed_m_s * math::exp(-decay) + force_n * duration_s / self.mass_kg * share;
         let way_m = 0.5 * (before.speed_m_s + state.speed_m_s) * duration_s;
         let gained_j = self.energy_j(state) - self.energy_j(&before);
         Work { drive_j: set_n * way_m, contacts_j: contact_force_n * way_m, damped_j: force_n * way_m - gained_j }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use super::{Cylinder, Mesh, Vec3, finite, unit};
-use crate::{SolveError, physics::checks};
+use crate::{SolveError, math, physics::checks};
 
 /// Surface of a wall, in its own frame.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -127,7 +127,7 @@ impl Shape {
                 let [u, v] = across(&axis);
                 let radial = |piece: u32| {
                     let angle = f64::from(piece % PIECES) * (std::f64::consts::TAU / f64::from(PIECES));
-                    (u * angle.cos() + v * angle.sin()) * cylinder.radius_m
+                    (u * math::cos(angle) + v * math::sin(angle)) * cylinder.radius_m
                 };
                 let piece = |piece: u32| {
                     let (from, to) = (radial(piece), radial(piece + 1));

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use serde::{Deserialize, Serialize};
 
 use super::BondModel;
-use crate::physics::particles::Vec3;
+use crate::{math, physics::particles::Vec3};
 
 /// A bond and what it remembers.
 ///
@@ -247,7 +247,7 @@ struct Turn {
 
 impl Turn {
     fn new(before: &Vec3, normal: Vec3, angle: f64) -> Self {
-        let (sine, cosine) = angle.sin_cos();
+        let (sine, cosine) = math::sin_cos(angle);
         // A bond that is turned end over end in one step has no rotation of its own; the step is far too long by then.
         let lean = 1.0 / (1.0 + before.dot(&normal)).max(1e-6);
         Self { tilt: before.cross(&normal), lean, normal, sine, cosine }

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::{Body, near_list::NearList};
 use crate::{
-    SolveError,
+    SolveError, math,
     physics::{
         checks::setting,
         particles::{Base, NearFieldSettings, Vec3},
@@ -187,21 +187,22 @@ impl NearField {
     #[must_use]
     pub fn stiffness_n_m(&self, distance_m: f64, source_i: f64, source_j: f64) -> f64 {
         let NearFieldSettings { attraction, attraction_exponent, repulsion, repulsion_exponent, .. } = self.settings;
-        let slope = |alpha: f64, beta: f64| alpha * beta * distance_m.powf(-beta - 1.0);
+        let slope = |alpha: f64, beta: f64| alpha * beta * math::powf(distance_m, -beta - 1.0);
         (source_i * source_j).abs() * (slope(attraction, attraction_exponent) + slope(repulsion, repulsion_exponent))
     }
 
     /// α1 d^−β1 − α2 d^−β2 per unit of both strengths.
     fn force(&self, distance_m: f64) -> f64 {
         let NearFieldSettings { attraction, attraction_exponent, repulsion, repulsion_exponent, .. } = self.settings;
-        attraction * distance_m.powf(-attraction_exponent) - repulsion * distance_m.powf(-repulsion_exponent)
+        attraction * math::powf(distance_m, -attraction_exponent)
+            - repulsion * math::powf(distance_m, -repulsion_exponent)
     }
 
     /// An antiderivative of [`Self::force`].
     fn antiderivative(&self, distance_m: f64) -> f64 {
         let power = |beta: f64| {
             let raised = 1.0 - beta;
-            if raised == 0.0 { distance_m.ln() } else { distance_m.powf(raised) / raised }
+            if raised == 0.0 { math::ln(distance_m) } else { math::powf(distance_m, raised) / raised }
         };
         self.settings.attraction * power(self.settings.attraction_exponent)
             - self.settings.repulsion * power(self.settings.repulsion_exponent)
@@ -451,7 +452,8 @@ impl Law for Real {
     fn over_distance(&self, squared: &Lanes) -> Lanes {
         let Self([attraction, repulsion], [first, second]) = self;
         squared.map(|squared| {
-            attraction * squared.powf(-0.5 * (first + 1.0)) - repulsion * squared.powf(-0.5 * (second + 1.0))
+            attraction * math::powf(squared, -0.5 * (first + 1.0))
+                - repulsion * math::powf(squared, -0.5 * (second + 1.0))
         })
     }
 }

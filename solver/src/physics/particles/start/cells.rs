@@ -1,4 +1,5 @@
 use super::super::Vec3;
+use crate::math;
 
 /// Cells at least as large as the largest diameter; a particle is chained in the cell of its centre.
 pub(super) struct Cells {
@@ -14,10 +15,10 @@ pub(super) struct Cells {
 impl Cells {
     /// Cells over a box; at most as many as particles, however large the box.
     pub fn new(lower: Vec3, extent: Vec3, diameter: f64, count: usize) -> Self {
-        let per_side = (count as f64).cbrt().ceil().max(1.0);
+        let per_side = math::cbrt(count as f64).ceil().max(1.0);
         let volume_side = extent.map(|side| (side / diameter).floor());
         let wanted = volume_side.product();
-        let share = if wanted > per_side.powi(3) { (per_side.powi(3) / wanted).cbrt() } else { 1.0 };
+        let share = if wanted > math::powi(per_side, 3) { math::cbrt(math::powi(per_side, 3) / wanted) } else { 1.0 };
         let sides = [0, 1, 2].map(|axis| ((volume_side[axis] * share) as usize).clamp(1, count.max(1)));
         let inverse_cell = Vec3::from_fn(|axis, _| sides[axis] as f64 / extent[axis]);
         Self { lower, inverse_cell, sides, heads: vec![None; sides.iter().product()], previous: Vec::new() }

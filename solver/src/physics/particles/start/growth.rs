@@ -16,7 +16,7 @@ use super::{
     super::{StartRegion, Vec3},
     SequentialAddition, uniform, volume,
 };
-use crate::SolveError;
+use crate::{SolveError, math};
 
 /// Packing fraction that random sequential addition makes without effort.
 const LOOSE: f64 = 0.25;
@@ -58,7 +58,7 @@ impl Growth<'_> {
             )));
         }
         // To three digits: another machine's cube root may differ in the last one, and collisions would amplify that.
-        let share = ((LOOSE / fraction).cbrt().min(1.0) * 1000.0).floor() / 1000.0;
+        let share = (math::cbrt(LOOSE / fraction).min(1.0) * 1000.0).floor() / 1000.0;
         let region = StartRegion::Box { lower_m: self.lower.into(), upper_m: self.upper.into() };
         let small: Vec<f64> = self.radii.iter().map(|radius| share * radius).collect();
         let positions = SequentialAddition { region: &region, radii: &small }.place(random)?;
@@ -92,7 +92,7 @@ impl Growth<'_> {
         Err(SolveError::Start(format!(
             "particles: growth reached a packing fraction of {:.3}, where {fraction:.3} is asked for, and the spheres are \
              jammed; use a larger box or fewer particles",
-            fraction * densest.powi(3)
+            fraction * math::powi(densest, 3)
         )))
     }
 }

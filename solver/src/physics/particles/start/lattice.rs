@@ -7,7 +7,7 @@ use super::{
     radii::Bodies,
     uniform,
 };
-use crate::SolveError;
+use crate::{SolveError, math};
 
 /// Largest region for a particle, in cubes of the neighbours' distance: all its cells may have to be looked at.
 const LARGEST: f64 = 1e6;
@@ -45,7 +45,7 @@ impl Lattice {
         let distance = 2.0 * largest * spacing;
         // Two neighbours that both move towards each other by this still do not overlap.
         let reach = jitter * 0.5 * (distance - 2.0 * largest).max(0.0);
-        if region.volume_m3() > LARGEST * (bodies.radii.len() as f64) * distance.powi(3) {
+        if region.volume_m3() > LARGEST * (bodies.radii.len() as f64) * math::powi(distance, 3) {
             return Err(SolveError::Start("particles: the start region is more than a million times larger than its particles need; use a smaller \
                  one"
                     .into(),

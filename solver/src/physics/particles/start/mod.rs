@@ -15,7 +15,7 @@ use rand_chacha::{
 
 use self::{growth::Growth, sequential_addition::SequentialAddition, settle::Settle};
 use super::{Settings, Start, Vec3};
-use crate::SolveError;
+use crate::{SolveError, math};
 
 /// The particles at t = 0, by row; all lists are of one length.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -104,7 +104,7 @@ pub(super) fn uniform(random: &mut impl RngCore) -> f64 {
 
 /// Volume of all spheres, in m³.
 fn volume(radii: &[f64]) -> f64 {
-    radii.iter().map(|radius| 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3)).sum()
+    radii.iter().map(|radius| 4.0 / 3.0 * std::f64::consts::PI * math::powi(*radius, 3)).sum()
 }
 
 #[cfg(test)]

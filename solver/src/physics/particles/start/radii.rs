@@ -4,6 +4,7 @@ use super::{
     super::{Group, Radius},
     uniform,
 };
+use crate::math;
 
 /// Draws of a log-normal radius after which its nearest limit is taken, should hardly any fall between the limits.
 const DRAWS: u32 = 1000;
@@ -38,11 +39,11 @@ impl Radius {
             Self::Uniform { mean_m, spread_m } => mean_m + spread_m * (2.0 * uniform(random) - 1.0),
             Self::LogNormal { mean_m, deviation_m, minimum_m, maximum_m } => {
                 // Mean and deviation of ln R from those of R (Johnson, Kotz & Balakrishnan 1994, ch. 14).
-                let variance = (1.0 + (deviation_m / mean_m).powi(2)).ln();
-                let (location, scale) = (mean_m.ln() - 0.5 * variance, variance.sqrt());
+                let variance = math::ln(1.0 + math::powi(deviation_m / mean_m, 2));
+                let (location, scale) = (math::ln(mean_m) - 0.5 * variance, variance.sqrt());
                 let mut radius = mean_m;
                 for _ in 0..DRAWS {
-                    let drawn = (location + scale * normal(random)).exp() / mean_m;
+                    let drawn = math::exp(location + scale * normal(random)) / mean_m;
                     radius = mean_m * (drawn * FINENESS).round() / FINENESS;
                     if (minimum_m..=maximum_m).contains(&radius) {
                         return radius;
@@ -83,6 +84,6 @@ impl Radius {
 /// A number of the standard normal distribution (Box & Muller 1958).
 fn normal(random: &mut impl RngCore) -> f64 {
     // 1 − u lies in (0, 1], so that the logarithm is finite.
-    let radius = (-2.0 * (1.0 - uniform(random)).ln()).sqrt();
-    radius * (std::f64::consts::TAU * uniform(random)).cos()
+    let radius = (-2.0 * math::ln(1.0 - uniform(random))).sqrt();
+    radius * math::cos(std::f64::consts::TAU * uniform(random))
 }

@@ -1,6 +1,7 @@
 use std::f64::consts::PI;
 
 use super::super::{StartRegion, Vec3};
+use crate::math;
 
 impl StartRegion {
     /// Lower and upper corner of the axis-aligned box around it, in m.
@@ -23,7 +24,7 @@ impl StartRegion {
         match *self {
             Self::Box { lower_m, upper_m } => (0..3).map(|axis| upper_m[axis] - lower_m[axis]).product(),
             Self::Cylinder { radius_m, height_m, .. } => PI * radius_m * radius_m * height_m,
-            Self::Sphere { radius_m, .. } => 4.0 / 3.0 * PI * radius_m.powi(3),
+            Self::Sphere { radius_m, .. } => 4.0 / 3.0 * PI * math::powi(radius_m, 3),
         }
     }
 
@@ -36,7 +37,7 @@ impl StartRegion {
                 dot(std::array::from_fn(|axis| if normal[axis] > 0.0 { lower_m[axis] } else { upper_m[axis] }))
             }
             Self::Cylinder { base_m, axis, radius_m, height_m } => {
-                let square: f64 = (0..3).filter(|&other| other != axis).map(|other| normal[other].powi(2)).sum();
+                let square: f64 = (0..3).filter(|&other| other != axis).map(|other| math::powi(normal[other], 2)).sum();
                 dot(base_m) + (height_m * normal[axis]).min(0.0) - radius_m * square.sqrt()
             }
             Self::Sphere { centre_m, radius_m } => {

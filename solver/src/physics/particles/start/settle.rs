@@ -11,6 +11,7 @@ use super::{
 use crate::{
     SolveError,
     coupling::{Frozen, Physics as _, Window},
+    math,
     physics::{Wall, walls},
 };
 
@@ -89,7 +90,7 @@ impl Settle {
                  make it lower, or set a shorter `longest`"
             )));
         }
-        let kept = (-self.damping / f64::from(WINDOWS)).exp();
+        let kept = math::exp(-self.damping / f64::from(WINDOWS));
         // Σ m g R.
         let weights: f64 =
             gravity * bodies.masses.iter().zip(&bodies.radii).map(|(mass, radius)| mass * radius).sum::<f64>();
