@@ -1,5 +1,7 @@
 //! Numbers as colours.
 
+use stagger_solver::math;
+
 /// The colour map "inferno" by N. Smith and S. van der Walt (matplotlib 1.5, public domain) at nine equal steps: its
 /// lightness grows evenly, so that equal differences look equal, in grey as well.
 const INFERNO: [[u8; 3]; 9] = [
@@ -77,7 +79,7 @@ impl Range {
     pub fn low(&self, scale: Scale) -> f64 {
         match scale {
             Scale::Linear => self.min,
-            Scale::Decades => self.min.max(self.max * 0.1f64.powi(DECADES)),
+            Scale::Decades => self.min.max(self.max * math::powi(0.1, DECADES)),
         }
     }
 
@@ -86,7 +88,7 @@ impl Range {
         let low = self.low(scale);
         let (above, width) = match scale {
             Scale::Linear => (value - low, self.max - low),
-            Scale::Decades if low > 0.0 => ((value / low).max(f64::MIN_POSITIVE).ln(), (self.max / low).ln()),
+            Scale::Decades if low > 0.0 => (math::ln((value / low).max(f64::MIN_POSITIVE)), math::ln(self.max / low)),
             Scale::Decades => (0.0, 0.0),
         };
         if width > 0.0 { (above / width).clamp(0.0, 1.0) } else { 0.0 }
@@ -96,7 +98,7 @@ impl Range {
     pub fn value(&self, fraction: f64, scale: Scale) -> f64 {
         let low = self.low(scale);
         match scale {
-            Scale::Decades if low > 0.0 => low * (self.max / low).powf(fraction),
+            Scale::Decades if low > 0.0 => low * math::powf(self.max / low, fraction),
             _ => low + fraction * (self.max - low),
         }
     }

@@ -1,6 +1,6 @@
 use std::fmt::{self, Display, Formatter};
 
-use stagger_solver::coupling::Account;
+use stagger_solver::{coupling::Account, math};
 
 use crate::Summary;
 
@@ -168,10 +168,10 @@ fn sparkline(values: &[f64]) -> String {
     const BARS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
     let (low, high) =
         values.iter().fold((f64::INFINITY, 0.0f64), |(low, high), value| (low.min(*value), high.max(*value)));
-    let range = (high / low).ln();
+    let range = math::ln(high / low);
     let bar = |value: &f64| {
         // Equal values have no range, and stand in the middle.
-        let share = if range > 0.0 { (value / low).ln() / range } else { 0.5 };
+        let share = if range > 0.0 { math::ln(value / low) / range } else { 0.5 };
         BARS[((share * BARS.len() as f64) as usize).min(BARS.len() - 1)]
     };
     values.iter().map(bar).collect()

@@ -11,6 +11,7 @@ use bed::{DENSITY_KG_M3, HERTZ, RADIUS_M, SPRING};
 use stagger_messages::Fields;
 use stagger_solver::{
     coupling::{Frozen, Physics, Window},
+    math,
     physics::{
         particles::{Group, Particles, Radius, Start},
         thermal::{self, Conductance, Thermal},
@@ -141,7 +142,7 @@ fn simulate(case: Case) -> Result<(), Box<dyn Error + Send + Sync>> {
 /// Results, so that what was computed can be compared.
 fn report(fields: &Fields) -> Result<(), Box<dyn Error + Send + Sync>> {
     let (positions, velocities) = (fields["positions"].f64()?, fields["velocities"].f64()?);
-    let mass_kg = 4.0 / 3.0 * std::f64::consts::PI * RADIUS_M.powi(3) * DENSITY_KG_M3;
+    let mass_kg = 4.0 / 3.0 * std::f64::consts::PI * math::powi(RADIUS_M, 3) * DENSITY_KG_M3;
     let kinetic_j: f64 = velocities.iter().map(|v| 0.5 * mass_kg * v * v).sum();
     let height_m: f64 = positions.iter().skip(2).step_by(3).sum::<f64>() / (positions.len() / 3) as f64;
     let contacts = fields["contact_pairs"].rows();

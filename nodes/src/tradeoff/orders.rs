@@ -4,6 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use serde::Serialize;
 use stagger_solver::{
+    math,
     physics::particles::{Friction, Integrator},
     scene::Scene,
 };
@@ -131,7 +132,7 @@ pub fn orders(
 }
 
 fn order(coarse: f64, fine: f64) -> f64 {
-    (coarse / fine).log2()
+    math::log2(coarse / fine)
 }
 
 fn text(orders: &Orders) -> String {

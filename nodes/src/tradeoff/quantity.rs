@@ -4,7 +4,7 @@ use std::{fmt, path::Path, str::FromStr};
 
 use stagger_messages::{Field, Fields};
 use stagger_recordings::{Body, Message, Recording, RecordingError, State, States};
-use stagger_solver::coupling::Ledger;
+use stagger_solver::{coupling::Ledger, math};
 
 /// Share of the solid volume, from the lowest particle up, that the porosity is taken over: what lies loose on top is no bed.
 const BED: f64 = 0.9;
@@ -193,7 +193,7 @@ fn spheres(fields: &Fields) -> Option<(Vec<f64>, Vec<f64>)> {
     if radii.is_empty() || positions.len() != 3 * radii.len() {
         return None;
     }
-    let volumes = radii.iter().map(|radius| radius.powi(3)).collect();
+    let volumes = radii.iter().map(|radius| math::powi(*radius, 3)).collect();
     Some((volumes, positions.chunks_exact(3).map(|position| position[2]).collect()))
 }
 
