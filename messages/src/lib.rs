@@ -3,6 +3,8 @@
 //! Nothing here does I/O. The `.proto` files under `messages/proto` are the documentation of the wire for authors in
 //! any language; [`codec`] says how a field is split into an attachment and a payload.
 
+use std::borrow::Cow;
+
 pub mod codec;
 mod error;
 mod field;
@@ -127,23 +129,60 @@ impl Port {
     }
 }
 
+impl Rows {
+    /// The supports of some fields, each once, with the first field in the order of names that stands on it.
+    #[must_use]
+    pub fn of(fields: &Fields) -> Vec<Self> {
+        let mut rows: Vec<Self> = Vec::new();
+        for field in fields.values() {
+            if !rows.iter().any(|known| known.support.as_ref() == Some(&field.support)) {
+                rows.push(Self { field: field.name().into(), support: Some(field.support.clone()) });
+            }
+        }
+        rows
+    }
+}
+
+/// A name that a node chose, as people are shown it: without characters that control a terminal, and of a bounded length.
+#[must_use]
+pub fn shown_name(name: &str) -> Cow<'_, str> {
+    if name.len() <= LONGEST_NAME && !name.chars().any(char::is_control) {
+        return Cow::Borrowed(name);
+    }
+    let mut shown: String = name.chars().take(LONGEST_NAME).map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect();
+    if shown.len() < name.len() && name.chars().nth(LONGEST_NAME).is_some() {
+        shown.push('…');
+    }
+    Cow::Owned(shown)
+}
+
+/// Characters of a name that are shown.
+const LONGEST_NAME: usize = 120;
+
 impl Energy {
     /// Energy held at the end of the window, in J.
     #[must_use]
     pub fn stored(name: &str, joule: f64) -> Self {
-        Self { name: name.into(), kind: energy::Kind::Stored.into(), joule }
+        Self { name: name.into(), kind: energy::Kind::Stored.into(), joule, from_nothing: false }
+    }
+
+    /// Energy held at the end of the window that is counted from nothing, in J: of motion. Contacts, orbits and fields turn
+    /// all of it over within a window, which its change from one window to the next does not show.
+    #[must_use]
+    pub fn of_motion(name: &str, joule: f64) -> Self {
+        Self { from_nothing: true, ..Self::stored(name, joule) }
     }
 
     /// Energy that entered during the window, in J.
     #[must_use]
     pub fn gained(name: &str, joule: f64) -> Self {
-        Self { name: name.into(), kind: energy::Kind::Gained.into(), joule }
+        Self { name: name.into(), kind: energy::Kind::Gained.into(), joule, from_nothing: false }
     }
 
     /// Energy that left during the window, in J.
     #[must_use]
     pub fn lost(name: &str, joule: f64) -> Self {
-        Self { name: name.into(), kind: energy::Kind::Lost.into(), joule }
+        Self { name: name.into(), kind: energy::Kind::Lost.into(), joule, from_nothing: false }
     }
 }
 

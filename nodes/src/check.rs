@@ -136,6 +136,12 @@ pub fn describe(scene: &Scene, checked: &Checked) -> String {
     text
 }
 
+/// What is likely to go wrong in a run of the scene, one line each.
+#[must_use]
+pub fn warnings(scene: &Scene, plan: &Plan) -> Vec<String> {
+    coupling::out_of_reach(plan, &scene.coupling)
+}
+
 /// The exchange of fields alone.
 #[must_use]
 pub fn graph(scene: &Scene, checked: &Checked, format: Format) -> String {

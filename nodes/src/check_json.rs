@@ -7,7 +7,7 @@ use stagger_solver::{
     scene::{Scene, Value},
 };
 
-use crate::check::check;
+use crate::check::{check, warnings};
 
 /// Name of the format; keys are added within one version, never renamed or removed.
 pub const FORMAT: &str = "stagger-check/2";
@@ -32,6 +32,8 @@ pub struct Report<'a> {
     /// Advice on it, where it is asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub advice: Option<Vec<Advice>>,
+    /// What is likely to go wrong in a run; empty where nothing is, and where a command's ports are known only when it runs.
+    pub warnings: Vec<String>,
     /// Why the scene cannot run; `None` where it can.
     pub problem: Option<String>,
 }
@@ -62,7 +64,10 @@ pub struct Physics<'a> {
 /// Looks at a scene; `within` asks for advice with that relative change counting as none. One that cannot run has its values all the same: a node that replaces another may be what it needs.
 #[must_use]
 pub fn report(scene: &Scene, within: Option<f64>) -> Report<'_> {
-    let problem = check(scene).err().map(|error| format!("the scene cannot run: {error}"));
+    let (problem, warnings) = match check(scene) {
+        Ok(plan) => (None, plan.map(|plan| warnings(scene, &plan)).unwrap_or_default()),
+        Err(error) => (Some(format!("the scene cannot run: {error}")), Vec::new()),
+    };
     Report {
         format: FORMAT,
         title: &scene.title,
@@ -80,6 +85,7 @@ pub fn report(scene: &Scene, within: Option<f64>) -> Report<'_> {
         },
         // Particles that cannot be placed are the problem already.
         advice: within.and_then(|within| advice::advise(scene, within).ok()),
+        warnings,
         problem,
     }
 }

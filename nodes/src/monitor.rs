@@ -14,10 +14,12 @@ use serde::{Deserialize, Serialize};
 use stagger_messages::{Decision, Done, Ready, Verdict};
 use stagger_solver::coupling::{Ledger, Observer, Outcome};
 
-use crate::pace::Pace;
+use crate::{diagnostics, pace::Pace};
 
 /// How often the line of progress is written.
 const REFRESH: Duration = Duration::from_millis(200);
+/// Part of the rejections that end a run, at which they are told.
+const WARNED: u32 = 5;
 
 /// What happened to the steps of a run.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, PartialEq)]
@@ -72,7 +74,6 @@ pub struct Work {
 struct Totals {
     steps: Steps,
     nodes: BTreeMap<String, Work>,
-    ledger: Ledger,
 }
 
 /// Everything a run's summary is made of.
@@ -89,6 +90,8 @@ pub struct Monitor {
     interrupted: Arc<AtomicBool>,
     /// When the nodes were ready last.
     ready_at: Option<Instant>,
+    /// Rejections of one step, one after the other, that end the run.
+    pub rejections: u32,
     /// The recording the run waits for, where there is one.
     pub pace: Option<Pace>,
 }
@@ -106,6 +109,7 @@ impl Monitor {
             shown: None,
             interrupted,
             ready_at: None,
+            rejections: u32::MAX,
             pace: None,
         }
     }
@@ -120,10 +124,10 @@ impl Monitor {
     ///
     /// # Errors
     /// The bytes are not those of a checkpoint.
-    pub fn restore(&mut self, saved: Option<&[u8]>) -> Result<(), postcard::Error> {
-        let Totals { steps, nodes, ledger } = match saved {
-            Some(saved) => postcard::from_bytes(saved)?,
-            None => Totals::default(),
+    pub fn restore(&mut self, saved: Option<(Ledger, Vec<u8>)>) -> Result<(), postcard::Error> {
+        let (ledger, Totals { steps, nodes }) = match saved {
+            Some((ledger, totals)) => (ledger, postcard::from_bytes(&totals)?),
+            None => Default::default(),
         };
         (self.steps, self.nodes, self.ledger) = (steps, nodes, ledger);
         Ok(())
@@ -211,7 +215,16 @@ impl Observer for Monitor {
                 steps.dt_max_s = steps.dt_max_s.max(decision.dt_s);
                 steps.dt_mean_s = decision.t_s / steps.accepted as f64;
             }
-            Verdict::Reject => steps.rejected += 1,
+            Verdict::Reject => {
+                steps.rejected += 1;
+                let times = decision.version.map_or(0, |version| version.attempt);
+                if times == (self.rejections / WARNED).max(1) {
+                    diagnostics::warn(&format!(
+                        "the step from t = {:e} s was rejected {times} times, the last with dt = {:e} s: {}; after {} the run ends",
+                        decision.t_s, decision.dt_s, decision.reason, self.rejections
+                    ));
+                }
+            }
             Verdict::Iterate | Verdict::None => {}
         }
         if decision.verdict() != Verdict::Iterate {
@@ -228,8 +241,12 @@ impl Observer for Monitor {
         recorded && !self.interrupted.load(Ordering::Relaxed)
     }
 
+    fn ledger(&self) -> Ledger {
+        self.ledger.clone()
+    }
+
     fn save(&self) -> Vec<u8> {
-        let totals = Totals { steps: self.steps.clone(), nodes: self.nodes.clone(), ledger: self.ledger.clone() };
+        let totals = Totals { steps: self.steps.clone(), nodes: self.nodes.clone() };
         // Numbers and names into memory: nothing that could fail; and totals that are lost lose no result.
         postcard::to_stdvec(&totals).unwrap_or_default()
     }

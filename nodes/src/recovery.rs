@@ -15,6 +15,7 @@ use stagger_solver::{
 };
 
 use crate::{
+    check,
     coordinator::{Remote, RunError, ports},
     diagnostics,
     monitor::Monitor,
@@ -75,6 +76,7 @@ pub fn conduct(
 ) -> Result<End, RunError> {
     let ports = ports(manifests);
     let mut plan = coupling::plan(&ports, &scene.coupling)?;
+    check::warnings(scene, &plan).iter().for_each(|warning| diagnostics::warn(warning));
     let steps = scene.recovery.checkpoint_steps;
     let mut since = None;
     loop {
@@ -134,7 +136,7 @@ fn course(
         }
         None => None,
     };
-    monitor.restore(saved.as_deref()).map_err(failed)?;
+    monitor.restore(saved).map_err(failed)?;
     Ok(course)
 }
 

@@ -11,6 +11,9 @@ use stagger_recordings::{Body, Message, Recording, RecordingError};
 
 use crate::link::{Link, LinkError, Outlet};
 
+/// Share of a time by which a sum of steps may miss the one that is asked for.
+const ROUNDING: f64 = 1e-9;
+
 /// How fast, and which part.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pace {
@@ -52,20 +55,20 @@ pub fn replay(recording: &Recording, link: &Link, pace: &Pace, going: &dyn Fn() 
     while !pace.at_once && going() && !first_reader.has_reader()? {
         std::thread::sleep(Duration::from_millis(20));
     }
-    for message in recording.messages_from(pace.from_s)? {
+    for message in recording.messages_from(pace.from_s * (1.0 - ROUNDING))? {
         let message = message?;
         if !going() {
             break;
         }
         let (t_s, at_step) = place(&message);
         if let Some(t_s) = t_s {
-            if t_s < pace.from_s {
+            if t_s * (1.0 + ROUNDING) < pace.from_s {
                 if matches!(&message.body, Body::Field(received) if received.field.is_some()) {
                     left_out.insert(message.topic.clone(), message);
                 }
                 continue;
             }
-            if t_s > pace.to_s {
+            if t_s > pace.to_s * (1.0 + ROUNDING) {
                 break;
             }
             for (_, message) in std::mem::take(&mut left_out) {

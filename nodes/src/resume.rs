@@ -1,10 +1,17 @@
 //! `--resume FILE[@STEP]`: what a run goes on from.
 
-use std::path::{Path, PathBuf};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::{Path, PathBuf},
+};
 
 use stagger_messages::Checkpoint;
 use stagger_recordings::{Recording, RecordingError};
 use stagger_solver::scene::Scene;
+
+/// Differing values that are told at most, and how much of each.
+const MOST: usize = 3;
+const SHOWN: usize = 60;
 
 /// Why a run cannot go on from a recording.
 #[derive(Debug, thiserror::Error)]
@@ -22,7 +29,7 @@ pub enum ResumeError {
     },
     /// It is of another scene.
     #[error(
-        "--resume {}: it was recorded from another scene or with other --set values ({recorded:016x}, this is {given:016x}): \
+        "--resume {}: it was recorded from another scene or with other --set values ({recorded:016x}, this is {given:016x}){difference}: \
          give the scene and the values it was recorded with",
         .file.display()
     )]
@@ -33,6 +40,8 @@ pub enum ResumeError {
         recorded: u64,
         /// Hash of the scene given.
         given: u64,
+        /// The first values that differ, in words; empty where none are known.
+        difference: String,
     },
     /// It has no checkpoint to go on from.
     #[error("--resume {}: it has no checkpoint {wanted}: recovery.checkpoint of the scene says how often one is taken", .file.display())]
@@ -53,6 +62,20 @@ pub fn parts(text: &str) -> (&str, Option<&str>) {
     }
 }
 
+/// The first values in which two scenes differ, in words.
+fn difference(recorded: &Scene, given: &Scene) -> String {
+    let values = |scene: &Scene| -> BTreeMap<String, String> {
+        scene.effective.iter().map(|value| (value.path.clone(), value.value.clone())).collect()
+    };
+    let (there, here) = (values(recorded), values(given));
+    let keys: BTreeSet<&String> = there.keys().chain(here.keys()).collect();
+    let differs = keys.into_iter().filter(|key| there.get(*key) != here.get(*key));
+    let of = |value: Option<&String>| value.map_or("not there", String::as_str).chars().take(SHOWN).collect::<String>();
+    let told = |key: &String| format!("{key} was {} and is {}", of(there.get(key)), of(here.get(key)));
+    let told: Vec<_> = differs.take(MOST).map(told).collect();
+    if told.is_empty() { String::new() } else { format!(", {}", told.join(", ")) }
+}
+
 /// Reads the checkpoint that `text`, `FILE[@STEP]`, names; returns it with its step.
 ///
 /// # Errors
@@ -62,9 +85,14 @@ pub fn resume(text: &str, scene: &Scene) -> Result<(Checkpoint, u64), ResumeErro
     let step = step.map(|step| step.parse::<u64>().map_err(|_| ResumeError::Usage(text.into()))).transpose()?;
     let failed = |source| ResumeError::Recording { file: file.into(), source };
     let recording = Recording::open(file).map_err(failed)?;
-    let (recorded, given) = (recording.info.scene_hash, scene.hash);
-    if recorded != given {
-        return Err(ResumeError::Scene { file: file.into(), recorded, given });
+    if recording.info.scene_hash != scene.hash {
+        // An older program named scenes by their text.
+        let recorded = recording.info.scene().ok();
+        let (hash, given) = (recorded.as_ref().map_or(recording.info.scene_hash, |recorded| recorded.hash), scene.hash);
+        if hash != given {
+            let difference = recorded.map(|recorded| difference(&recorded, scene)).unwrap_or_default();
+            return Err(ResumeError::Scene { file: file.into(), recorded: hash, given, difference });
+        }
     }
     let checkpoint = recording.checkpoint(step).map_err(failed)?;
     let wanted = step.map_or("at all".to_owned(), |step| format!("at or before step {step}"));

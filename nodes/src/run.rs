@@ -173,6 +173,7 @@ pub fn run(scene: &Scene, options: Options, interrupted: &Arc<AtomicBool>) -> Re
     let patience = if by_hand { PATIENCE_BY_HAND } else { Duration::from_secs_f64(scene.recovery.start_s) };
     let hang = Duration::from_secs_f64(scene.recovery.hang_s);
     let mut monitor = Monitor::new(scene.duration_s, Arc::clone(interrupted));
+    monitor.rejections = scene.coupling.rejections;
     monitor.pace = records.file.as_ref().map(|(_, recorder)| Pace::of(recorder.sender()));
     let resume = options.resume.clone();
     let mut remote = Remote::new(link.clone(), &run, names, hang, resume, keeper.as_mut())?;
@@ -287,6 +288,7 @@ fn run_info(run: &str, scene: &Scene, options: &Options) -> RunInfo {
         scene_hash: scene.hash,
         overrides: options.overrides.clone(),
         replayed: options.replays.files.iter().map(|(node, file)| (node.clone(), file.display().to_string())).collect(),
+        commands: options.commands.iter().map(|(node, words)| (node.clone(), words.join(" "))).collect(),
         seed: scene.seed,
         program: concat!("stagger ", env!("CARGO_PKG_VERSION")).into(),
         started_unix_ns: u64::try_from(unix_time().as_nanos()).unwrap_or(u64::MAX),

@@ -39,7 +39,7 @@ pub struct Summary {
     pub refused: u64,
     /// Energy by node, in J.
     pub ledger: BTreeMap<String, Account>,
-    /// Imbalance of each node and each exchange, as a share of its throughput.
+    /// Imbalance of each node and each exchange, as a share of the energy turned over.
     pub imbalance: BTreeMap<String, f64>,
     /// Every field at the end.
     pub fields: Vec<FinalField>,
@@ -238,7 +238,7 @@ impl Summary {
             }
         }
         for (what, share) in &self.imbalance {
-            writeln!(f, "  {:<34} {share:>14.1e}  of its throughput", format!("imbalance of {what}"))?;
+            writeln!(f, "  {:<34} {share:>14.1e}  of the energy turned over", format!("imbalance of {what}"))?;
         }
         Ok(())
     }

@@ -2,7 +2,7 @@
 
 mod plugged;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use stagger_messages::{
     Checkpoint, Decision, Directive, Envelope, Field, Iterate, MessageError, Plan, Snapshot, Verdict, Version,
@@ -13,7 +13,7 @@ use stagger_recordings::{Body, Recording, RecordingError};
 use stagger_solver::{
     SolveError,
     coupling::{Inbox, Participant, Window, resting, restore, same, window_of},
-    scene::Problems,
+    scene::{Problems, Scene},
 };
 
 use plugged::Plugged;
@@ -57,10 +57,10 @@ pub enum VerifyError {
         /// What is wrong.
         fault: Fault,
     },
-    /// The frozen fields of an iteration are not in it.
+    /// Fields of an iteration are not in it.
     #[error(
-        "`{node}` cannot be solved again for {version}: the recording lacks a field it read. \
-         Only a recording at level \"all\" can be verified"
+        "`{node}` cannot be solved again for {version}: the recording lacks a field it read or wrote. Only a recording at level \
+         \"all\", of all fields and every step, can be verified: leave record.fields out and record.every at 1"
     )]
     Thinned {
         /// The node.
@@ -98,6 +98,10 @@ pub struct Verified {
     pub steps: u64,
     /// The first exchange that differs, if any.
     pub difference: Option<Difference>,
+    /// Nodes that were not solved again, by name, and why.
+    pub unchecked: BTreeMap<String, String>,
+    /// What answered in the place of a node's own physics when it was recorded, by node.
+    pub answered_by: BTreeMap<String, String>,
     /// Hash of the final fields, where all nodes were solved.
     pub hash: Option<String>,
     /// Whether the recording reaches the end of its run.
@@ -112,13 +116,33 @@ pub struct Verified {
 /// The recording cannot be read or its nodes not be built. A difference is no error but a result.
 pub fn verify(recording: &Recording, node: Option<&str>, tolerance: f64) -> Result<Verified, VerifyError> {
     let scene = recording.info.scene()?;
-    let mut replay = Replay { tolerance, ..Replay::default() };
+    let mut replay = Replay::new(&scene, tolerance);
     let nodes = roster(&scene);
     for (name, runs) in &nodes {
-        if let (Runs::Physics(kind), true) = (runs, node.is_none_or(|only| only == name)) {
-            replay.solvers.insert(name.clone(), Solver::Here(participant(&scene, name, kind)?));
+        if node.is_some_and(|only| only != name) {
+            continue;
+        }
+        match runs {
+            Runs::Physics(kind) => {
+                replay.solvers.insert(name.clone(), Solver::Here(participant(&scene, name, kind)?));
+            }
+            Runs::Command(words) => {
+                let why = format!(
+                    "a program of your own, `{}`; --node {name} --with COMMAND has it answer again",
+                    words.join(" ")
+                );
+                replay.result.unchecked.insert(name.clone(), why);
+            }
+            Runs::Recorded(file) => {
+                replay.result.unchecked.insert(name.clone(), format!("it answered from {}", file.display()));
+            }
         }
     }
+    let solved = |name: &str| replay.solvers.contains_key(name);
+    let info = &recording.info;
+    let commands = info.commands.iter().map(|(node, command)| (node.clone(), format!("`{command}`")));
+    let replayed = info.replayed.iter().map(|(node, file)| (node.clone(), format!("the recording {file}")));
+    replay.result.answered_by = commands.chain(replayed).filter(|(node, _)| solved(node)).collect();
     if let (Some(node), true) = (node, replay.solvers.is_empty()) {
         return Err(no_node(node, nodes.keys()));
     }
@@ -143,8 +167,8 @@ pub fn verify_with(
     tolerance: f64,
 ) -> Result<Verified, VerifyError> {
     let scene = recording.info.scene()?;
+    let mut replay = Replay::new(&scene, tolerance);
     let plugged = Plugged::start(recording, scene, node, command).map_err(at(node, "its start".into()))?;
-    let mut replay = Replay { tolerance, ..Replay::default() };
     replay.solvers.insert(node.into(), Solver::Plugged(Box::new(plugged)));
     replay.run(recording)?;
     Ok(replay.result)
@@ -192,10 +216,26 @@ struct Replay {
     /// Computed fields at the committed version.
     fields: BTreeMap<(String, String), Field>,
     tolerance: f64,
+    /// The fields that were recorded; `None` where all were.
+    kept: Option<BTreeSet<String>>,
     result: Verified,
 }
 
 impl Replay {
+    fn new(scene: &Scene, tolerance: f64) -> Self {
+        let kept = scene.record.fields.clone().map(BTreeSet::from_iter);
+        Self { tolerance, kept, ..Self::default() }
+    }
+
+    /// Compares what was computed with what was recorded.
+    fn compare(&mut self, node: &str, version: Version, computed: &Field) -> Result<(), VerifyError> {
+        let recorded = self.recorded.get(node, computed.name(), version);
+        if recorded.is_none() && self.kept.as_ref().is_some_and(|kept| !kept.contains(computed.name())) {
+            return Err(VerifyError::Thinned { node: node.into(), version });
+        }
+        compare(node, version, computed, recorded, self.tolerance, &mut self.result)
+    }
+
     fn run(&mut self, recording: &Recording) -> Result<(), VerifyError> {
         let mut messages = recording.messages()?;
         for message in messages.by_ref() {
@@ -302,6 +342,7 @@ impl Replay {
         for (sender, version, field) in std::mem::take(&mut self.early) {
             self.deliver(&sender, version, &field)?;
         }
+        let mut starts = Vec::new();
         for plan in &self.plan.nodes {
             let node = &plan.node;
             let Some(inbox) = self.inboxes.get_mut(node) else { continue };
@@ -324,11 +365,13 @@ impl Replay {
                 (None, _) => continue,
             };
             for field in fields.into_values() {
-                let recorded = self.recorded.get(node, field.name(), version);
-                compare(node, version, &field, recorded, self.tolerance, &mut self.result)?;
-                self.newest.insert((node.clone(), field.name().into()), field);
+                starts.push((node.clone(), version, field));
             }
             inbox.begin();
+        }
+        for (node, version, field) in starts {
+            self.compare(&node, version, &field)?;
+            self.newest.insert((node, field.name().into()), field);
         }
         self.fields.clone_from(&self.newest);
         Ok(())
@@ -364,6 +407,7 @@ impl Replay {
             *self.result.trials.entry(node.clone()).or_default() += 1;
             for field in fields.into_values() {
                 let recorded = self.recorded.get(node, field.name(), version);
+                // All that it wrote is there.
                 compare(node, version, &field, recorded, self.tolerance, &mut self.result)?;
                 self.newest.insert((node.clone(), field.name().into()), field);
             }
@@ -469,7 +513,17 @@ impl std::fmt::Display for Verified {
                 "  first difference: {node}, {field}, {at}, value {index}: {recorded} recorded, {computed} computed"
             );
         }
-        write!(f, "  no difference")?;
+        for (node, why) in &self.unchecked {
+            writeln!(f, "  {node:<12} not checked: {why}")?;
+        }
+        for (node, what) in &self.answered_by {
+            writeln!(f, "  {node:<12} solved by its own physics; when it was recorded {what} answered")?;
+        }
+        match (self.trials.is_empty(), self.unchecked.is_empty()) {
+            (false, true) => write!(f, "  no difference")?,
+            (false, false) => write!(f, "  no difference in what was solved again")?,
+            (true, _) => write!(f, "  nothing was solved again")?,
+        }
         if let Some(hash) = &self.hash {
             write!(f, "\n  hash of the final fields  {hash}")?;
         }

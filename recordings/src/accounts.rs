@@ -1,8 +1,8 @@
 use std::collections::BTreeMap;
 
-use stagger_messages::{Decision, Directive, Done, Report, Verdict, Version, directive, report};
+use stagger_messages::{Checkpoint, Decision, Directive, Done, Energy, Report, Verdict, Version, directive, report, shown_name};
 
-use stagger_solver::coupling::Ledger;
+use stagger_solver::coupling::{Ledger, ledger_at};
 
 /// Puts the decisions of a run together with the nodes' reports they are about.
 #[derive(Clone, Debug, Default)]
@@ -32,18 +32,35 @@ impl Accounts {
     pub fn report(&mut self, message: &Report) {
         let Some(envelope) = &message.envelope else { return };
         let (node, version) = (envelope.sender.as_str(), envelope.version.unwrap_or_default());
+        // The coordinator books them under the same names.
+        let ledger = |ledger: &[Energy]| -> Vec<Energy> {
+            ledger.iter().map(|entry| Energy { name: shown_name(&entry.name).into_owned(), ..entry.clone() }).collect()
+        };
         match &message.body {
             // A node that goes on from a checkpoint says nothing of what it holds.
-            Some(report::Body::Ready(ready)) if version == Version::INITIAL => self.ledger.start(node, &ready.ledger),
+            Some(report::Body::Ready(ready)) if version == Version::INITIAL => {
+                self.ledger.start(node, &ledger(&ready.ledger));
+            }
             Some(report::Body::Done(done)) => {
+                let figures = done.figures.iter().map(|(name, value)| (shown_name(name).into_owned(), *value)).collect();
+                let done = Done { ledger: ledger(&done.ledger), figures, ..done.clone() };
                 let known = self.done.get(node).is_some_and(|(last, _)| *last == version);
                 // A physics that only reads is solved after the step is accepted.
                 if self.accepted == Some(version) && !known {
                     self.ledger.book(node, &done.ledger);
                 }
-                self.done.insert(node.into(), (version, done.clone()));
+                self.done.insert(node.into(), (version, done));
             }
             Some(_) | None => {}
+        }
+    }
+
+    /// Takes a checkpoint. A run that goes on from one begins with it: the energy up to there is in it.
+    pub fn checkpoint(&mut self, message: &Checkpoint) {
+        if self.iterations == 0
+            && let Ok(ledger) = ledger_at(&message.coordinator)
+        {
+            self.ledger = ledger;
         }
     }
 

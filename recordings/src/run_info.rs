@@ -23,6 +23,9 @@ pub struct RunInfo {
     /// Nodes that were not solved but answered as in a recording, and its file.
     #[serde(default)]
     pub replayed: BTreeMap<String, String>,
+    /// Nodes whose own physics was replaced by a program, and its command line.
+    #[serde(default)]
+    pub commands: BTreeMap<String, String>,
     /// Seed of the run.
     pub seed: u64,
     /// Name and version of the program that recorded.
@@ -79,6 +82,7 @@ impl RunInfo {
             map.insert(format!("file.{number:04}"), path.clone());
         }
         map.extend(self.replayed.iter().map(|(node, file)| (format!("replayed.{node}"), file.clone())));
+        map.extend(self.commands.iter().map(|(node, command)| (format!("command.{node}"), command.clone())));
         map.extend(self.machine.iter().map(|(key, value)| (format!("machine.{key}"), value.clone())));
         map.insert(CHECKSUM.into(), checksum(&map));
         map
@@ -122,6 +126,7 @@ impl RunInfo {
             program: text("program"),
             started_unix_ns: number("started_unix_ns", 10)?,
             replayed: behind("replayed."),
+            commands: behind("command."),
             machine: behind("machine."),
         })
     }
@@ -141,6 +146,7 @@ mod tests {
             overrides: (0..12).map(|i| (format!("key{}", 11 - i), format!("a=b{i}"))).collect(),
             seed: 7,
             replayed: [("optics".to_owned(), "old=run.mcap".to_owned())].into(),
+            commands: [("thermal".to_owned(), "python3 own.py".to_owned())].into(),
             machine: [("threads".to_owned(), "2".to_owned())].into(),
             ..RunInfo::default()
         };

@@ -50,7 +50,8 @@ impl Steps {
         match message.body {
             Body::Field(received) => self.field(received),
             Body::Report(report) => self.accounts.report(&report),
-            Body::Manifest(_) | Body::Checkpoint(_) => {}
+            Body::Checkpoint(checkpoint) => self.accounts.checkpoint(&checkpoint),
+            Body::Manifest(_) => {}
             Body::Directive(directive) => {
                 let outcome = self.accounts.directive(&directive);
                 let mut step = None;

@@ -29,6 +29,8 @@ pub struct Summary {
     pub program: String,
     /// Nodes that answered as in a recording, and its file.
     pub replayed: BTreeMap<String, String>,
+    /// Nodes whose own physics was replaced by a program, and its command line.
+    pub commands: BTreeMap<String, String>,
     /// False where the file was cut off or is damaged.
     pub complete: bool,
     /// Why the file cannot be read to its end; what is told here precedes that point.
@@ -67,7 +69,7 @@ pub struct Summary {
     pub nodes: BTreeMap<String, NodeSummary>,
     /// What each topic holds.
     pub topics: BTreeMap<String, TopicSummary>,
-    /// Imbalance of each node and of each exchange between two, as a share of its throughput.
+    /// Imbalance of each node and of each exchange between two, as a share of the energy turned over.
     pub imbalance: BTreeMap<String, f64>,
     /// Messages refused by the nodes: foreign run, old epoch, other schema, malformed.
     pub refused: u64,
@@ -145,6 +147,7 @@ impl Summary {
             scene_file: recording.info.scene_file.clone(),
             program: recording.info.program.clone(),
             replayed: recording.info.replayed.clone(),
+            commands: recording.info.commands.clone(),
             complete: recording.complete,
             ..Self::default()
         };
@@ -190,7 +193,10 @@ impl Summary {
                 self.report(&report);
             }
             Ok(Some(Body::Directive(directive))) => self.directive(&directive, tally),
-            Ok(Some(Body::Checkpoint(checkpoint))) => self.checkpoints.push(checkpoint.version().step),
+            Ok(Some(Body::Checkpoint(checkpoint))) => {
+                tally.accounts.checkpoint(&checkpoint);
+                self.checkpoints.push(checkpoint.version().step);
+            }
             Ok(_) => {}
             Err(_) => self.malformed += 1,
         }

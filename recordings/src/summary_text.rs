@@ -23,6 +23,9 @@ impl Display for Summary {
         for (node, file) in &self.replayed {
             writeln!(f, "{:<12}{node}, from {file}", "replayed")?;
         }
+        for (node, command) in &self.commands {
+            writeln!(f, "{:<12}{node}, by {command}", "replaced")?;
+        }
         writeln!(f, "{:<12}{outcome}", "outcome")?;
         writeln!(f, "{:<12}{file}", "file")?;
         let time = quantity(self.simulated_time_s, "s");
@@ -107,7 +110,7 @@ impl Summary {
 
     fn energies(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let mut rows = Vec::new();
-        for (node, Account { initial, stored: held, gained, lost }) in
+        for (node, Account { initial, stored: held, gained, lost, .. }) in
             self.nodes.iter().map(|(name, node)| (name, &node.ledger))
         {
             for (name, stored) in held {
@@ -127,7 +130,7 @@ impl Summary {
         }
         table(f, &["energy of", "name", "kind", "amount"], rows)?;
         for (what, share) in &self.imbalance {
-            writeln!(f, "  imbalance of {what}: {share:.1e} of its throughput")?;
+            writeln!(f, "  imbalance of {what}: {share:.1e} of the energy turned over")?;
         }
         Ok(())
     }

@@ -30,6 +30,16 @@ pub enum SolveError {
         /// The value, in J.
         joule: f64,
     },
+    /// A figure that is not a number: the step may succeed when it is smaller.
+    #[error("{node}: the figure `{name}` is {value}: an input is not physical, or it is divided by nothing")]
+    Figure {
+        /// The node whose reply it is.
+        node: String,
+        /// The figure.
+        name: String,
+        /// The value.
+        value: f64,
+    },
     /// Frozen fields do not fit together or do not fit the scene.
     #[error("{0}")]
     Mismatch(String),
@@ -63,6 +73,6 @@ impl SolveError {
     /// Whether the same window may succeed when it is shorter.
     #[must_use]
     pub fn retry(&self) -> bool {
-        matches!(self, Self::NotFinite { .. } | Self::Energy { .. } | Self::Replayed { retry: true, .. })
+        matches!(self, Self::NotFinite { .. } | Self::Energy { .. } | Self::Figure { .. } | Self::Replayed { retry: true, .. })
     }
 }

@@ -21,7 +21,7 @@ struct Pinned {
     counts: [u64; 3],
     /// Final fields with their means.
     means: &'static [(&'static str, f64)],
-    /// Largest share of its throughput that the energy of a node may be off.
+    /// Largest share of the energy turned over that the energy of a node may be off.
     imbalance: &'static [(&'static str, f64)],
 }
 

@@ -31,7 +31,7 @@ def _numbers(name: str) -> dict[str, int]:
 
 Change, Directive, Energy, Envelope = map(_message, ("Change", "Directive", "Energy", "Envelope"))
 FieldMessage, FieldSummary, Manifest = map(_message, ("FieldMessage", "FieldSummary", "Manifest"))
-Report, Snapshot = map(_message, ("Report", "Snapshot"))
+Report, Snapshot, Support = map(_message, ("Report", "Snapshot", "Support"))
 
 KIND = _numbers("ValueKind")
 MEASURE = _numbers("Measure")

@@ -17,11 +17,16 @@ class Energy(NamedTuple):
     name: str
     kind: str
     joule: float
+    from_nothing: bool = False
 
 
-def stored(name: str, joule: float) -> Energy:
-    """Energy held at the end of the window, in J."""
-    return Energy(name, "STORED", joule)
+def stored(name: str, joule: float, *, from_nothing: bool = False) -> Energy:
+    """Energy held at the end of the window, in J.
+
+    `from_nothing` says that it is counted from nothing, as an energy of motion is, and not from a level chosen freely, as
+    heat and potentials are: all of it then counts as turned over when the imbalance is measured.
+    """
+    return Energy(name, "STORED", joule, from_nothing)
 
 
 def gained(name: str, joule: float) -> Energy:

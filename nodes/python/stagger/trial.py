@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 import pickle
 import sys
 from dataclasses import dataclass, field
@@ -10,7 +11,7 @@ from typing import Any
 
 from .change import change, relative
 from .fields import Field, Frozen, Malformed, Values, Window
-from .messages import ENERGY, Energy, Report, Version
+from .messages import ENERGY, Energy, Report, Support, Version
 from .node import Node, Reply
 
 Fields = dict[str, Field]
@@ -93,6 +94,7 @@ class Trials:
         state, committed = self._committed
         state, reply = self.node.solve(state, Frozen(Values(frozen.start), Values(frozen.end)), window)
         fields = self._checked(reply)
+        self._fits(fields, frozen)
         done = Report().done
         for name in sorted(fields):
             if fields[name].port.measure != "none":
@@ -102,6 +104,8 @@ class Trials:
         done.ledger.extend(_ledger(reply))
         for name, value in reply.figures.items():
             done.figures[name] = value
+        for name, support in _supports(fields).items():
+            done.rows.add(field=name, support=support)
         answer = Answer(fields, done)
         self._trial = _Trial(version, window, frozen, state, answer)
         return answer
@@ -161,7 +165,24 @@ class Trials:
         fields = {name: Field.new(port, reply.fields[name]) for name, port in sorted(ports.items())}
         for name, written in fields.items():
             self._finite(written, f"field `{name}`")
+        for name, _, joule, *_ in reply.ledger:
+            if not math.isfinite(joule):
+                raise NotFinite(f"{self.name}: the energy `{name}` is {joule} J: an input is not physical or its unit is another")
+        for name, value in reply.figures.items():
+            if math.isnan(value):
+                raise NotFinite(f"{self.name}: the figure `{name}` is {value}: an input is not physical")
         return fields
+
+    def _fits(self, fields: Fields, frozen: FrozenFields) -> None:
+        """Refuses other numbers of rows than the frozen fields on the same rows have."""
+        for name, written in fields.items():
+            support, revision = written.port.support, written.revision
+            for read in (*frozen.end.values(), *frozen.start.values()):
+                if (read.port.support, read.revision) == (support, revision) and read.rows != written.rows:
+                    raise Malformed(
+                        f"{self.name}: field `{name}` has {written.rows} rows on `{support}`, but there are {read.rows} of them "
+                        f"(field `{read.port.field}`, revision {revision}): a row for each is expected"
+                    )
 
     def _finite(self, field: Field, what: str) -> None:
         at = field.first_not_finite()
@@ -173,7 +194,19 @@ class Trials:
 
 
 def _ledger(reply: Reply) -> list[Any]:
-    return [Energy(name=name, kind=ENERGY[kind], joule=joule) for name, kind, joule in reply.ledger]
+    return [
+        Energy(name=name, kind=ENERGY[kind], joule=joule, from_nothing=any(rest)) for name, kind, joule, *rest in reply.ledger
+    ]
+
+
+def _supports(fields: Fields) -> dict[str, Any]:
+    """The supports of fields, each once, by the first field that stands on it."""
+    supports: dict[str, Any] = {}
+    for name, written in sorted(fields.items()):
+        support = Support(name=written.port.support, count=written.rows, revision=written.revision)
+        if support not in supports.values():
+            supports[name] = support
+    return supports
 
 
 class _Unpickler(pickle.Unpickler):

@@ -8,7 +8,7 @@ import unittest
 import numpy as np
 from doubles import RUN, Run, V, Warming, temperatures
 
-from stagger import Node, Port, Reply, Revised, Window
+from stagger import Node, Port, Reply, Revised, Window, stored
 from stagger.host import Event
 from stagger.messages import INITIAL, FieldMessage, Manifest, Report, Snapshot
 from stagger.trial import FrozenFields, Refused, Trials
@@ -253,6 +253,44 @@ class Faults(unittest.TestCase):
         (report,) = run.reports()
         self.assertTrue(report.failure.retry)
         self.assertIn("thermal: field `temperature` is nan in row 1", report.failure.message)
+
+    def test_an_energy_or_a_figure_that_is_no_number_asks_for_a_smaller_step_too(self):
+        for wrong, words in (
+            ({"ledger": [stored("heat", np.inf)]}, "the energy `heat` is inf J"),
+            ({"figures": {"flux": np.nan}}, "the figure `flux` is nan"),
+        ):
+
+            class Wrong(Warming):
+                def solve(self, state, frozen, window, wrong=wrong):
+                    return state, Reply({"temperature": state}, **wrong)
+
+            run = Run(Wrong()).started()
+            run.iterate(FIRST)
+            run.field(FIRST, [3.0, 2.0])
+            (report,) = run.reports()
+            self.assertTrue(report.failure.retry)
+            self.assertIn(words, report.failure.message)
+
+    def test_other_rows_than_were_read_are_refused_and_the_own_ones_are_told(self):
+        for rows in (1, 3):
+
+            class Wrong(Warming):
+                def solve(self, state, frozen, window, rows=rows):
+                    return state, Reply({"temperature": np.full(rows, 300.0)})
+
+            run = Run(Wrong()).started()
+            run.iterate(FIRST)
+            with contextlib.redirect_stderr(io.StringIO()):
+                run.field(FIRST, [3.0, 2.0])
+            (report,) = run.reports()
+            self.assertFalse(report.failure.retry)
+            words = f"field `temperature` has {rows} rows on `particles`, but there are 2 of them (field `heat`, revision 0)"
+            self.assertIn(words, report.failure.message)
+        run = Run().started()
+        run.iterate(FIRST)
+        run.field(FIRST, [3.0, 2.0])
+        (told,) = run.reports()[0].done.rows
+        self.assertEqual((told.field, told.support.name, told.support.count), ("temperature", "particles", 2))
 
     def test_a_frozen_value_that_is_not_finite_does_so_before_anything_is_solved(self):
         class Blind(Warming):

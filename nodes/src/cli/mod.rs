@@ -297,6 +297,7 @@ fn check_scene(arguments: &SceneArguments, graph: Option<Format>, within: Option
     }
     match check::check_whole(&scene, &arguments.scene) {
         Ok(checked) => {
+            check::warnings(&scene, &checked.plan).iter().for_each(|warning| diagnostics::warn(warning));
             let text = match (graph, within) {
                 (Some(format), _) => check::graph(&scene, &checked, format),
                 (None, Some(within)) => match advise::describe(&scene, within) {
@@ -393,6 +394,9 @@ fn verify_file(file: &Path, node: Option<&str>, with: Option<&str>, tolerance: f
     }
     match verified.difference {
         Some(_) => End::Code(FAILED, "the recording and the solution differ".into()),
+        None if verified.trials.is_empty() && verified.complete && !verified.unchecked.is_empty() => {
+            End::Code(MISSING, "no node of the recording was solved again".into())
+        }
         None if !verified.complete => {
             let how = verified.damage.map_or("is cut off".into(), |why| format!("is damaged ({why})"));
             End::Code(MISSING, format!("the recording {how}; what it holds before that is verified"))

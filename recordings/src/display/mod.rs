@@ -34,6 +34,15 @@ pub(crate) const TOPICS: &str = "display/";
 const CLOUD: &str = "display/particles";
 const LOG: &str = "display/log";
 
+/// Share of a time by which a sum of steps may miss it, and counts as having reached it: a million additions miss by some
+/// 1e-10.
+const ROUNDING: f64 = 1e-9;
+
+/// Whether a run whose steps add up to `t_s` has come to a time of its scene, in s.
+fn reached(t_s: f64, at_s: f64) -> bool {
+    t_s * (1.0 + ROUNDING) >= at_s
+}
+
 /// A message on its way into the file.
 pub(crate) struct Shown {
     pub(crate) topic: String,
@@ -91,7 +100,7 @@ impl Display {
                 Verdict::Iterate | Verdict::None => {}
             }
         }
-        if let Some(step) = progress.step.filter(|step| last || step.t_s >= self.next_s) {
+        if let Some(step) = progress.step.filter(|step| last || reached(step.t_s, self.next_s)) {
             self.picture(&step, &mut shown);
         }
         shown
@@ -99,7 +108,7 @@ impl Display {
 
     fn picture(&mut self, step: &Step, shown: &mut Vec<Shown>) {
         // Of the multiples of the period, the first one after this time: pictures do not drift apart.
-        let next_s = ((step.t_s / self.period_s).floor() + 1.0) * self.period_s;
+        let next_s = ((step.t_s * (1.0 + ROUNDING) / self.period_s).floor() + 1.0) * self.period_s;
         self.next_s = if next_s.is_finite() { next_s } else { f64::INFINITY };
         if let Some(cloud) = cloud::point_cloud(step, &mut self.range) {
             shown.push(Shown { topic: CLOUD.into(), schema: "foxglove.PointCloud", data: cloud.encode_to_vec() });

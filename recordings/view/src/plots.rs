@@ -104,7 +104,7 @@ impl Plots {
     }
 }
 
-/// Energies by node and name, and the share of each node's throughput that is not accounted for.
+/// Energies by node and name, and the share of each node's turnover that is not accounted for.
 ///
 /// Each node has a picture of its own: the heat of a laser is a million times the energy of the powder's motion.
 fn energies(ledger: &Ledger) -> Vec<Point> {
@@ -123,7 +123,7 @@ fn energies(ledger: &Ledger) -> Vec<Point> {
     }
     for (what, share) in ledger.imbalances() {
         let path = what.replace([':', ' '], "_");
-        points.push(point(format!("imbalance/{path}"), format!("{what} [ppm of its throughput]"), share * 1e6));
+        points.push(point(format!("imbalance/{path}"), format!("{what} [ppm of the energy turned over]"), share * 1e6));
     }
     points
 }

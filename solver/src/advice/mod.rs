@@ -4,6 +4,7 @@
 //! One file a number, with its definition, source and the argument of its threshold. Nothing is run: numbers come from the
 //! scene and its start configuration. What cannot be known before the run is replaced by a stated bound.
 
+mod beam_sampling;
 mod biot;
 mod charge_relaxation;
 mod contact_duration;
@@ -12,6 +13,7 @@ mod fourier;
 mod joule;
 mod laser;
 mod melting;
+mod moving_spot;
 mod optical_depth;
 mod peclet;
 mod radiation;
@@ -25,7 +27,7 @@ use serde::Serialize;
 use self::facts::Facts;
 pub use self::{
     biot::lumped_error, charge_relaxation::charge_relaxation_s, optical_depth::absorbed_share,
-    size_parameter::edge_share, stokes::relaxation_s,
+    size_parameter::edge_share, stokes::drag_coefficient, stokes::drag_over_stokes, stokes::relaxation_s,
 };
 use crate::{SolveError, scene::Scene};
 
@@ -160,7 +162,7 @@ impl Advice {
 /// The particles of the scene cannot be placed.
 pub fn advise(scene: &Scene, within: f64) -> Result<Vec<Advice>, SolveError> {
     let Some(facts) = Facts::of(scene, within)? else { return Ok(Vec::new()) };
-    let rules: [fn(&Facts<'_>) -> Vec<Advice>; 14] = [
+    let rules: [fn(&Facts<'_>) -> Vec<Advice>; 16] = [
         unread::advise,
         contact_duration::advise,
         stokes::advise,
@@ -172,6 +174,8 @@ pub fn advise(scene: &Scene, within: f64) -> Result<Vec<Advice>, SolveError> {
         melting::advise,
         laser::advise,
         optical_depth::advise,
+        beam_sampling::advise,
+        moving_spot::advise,
         size_parameter::advise,
         joule::advise,
         charge_relaxation::advise,

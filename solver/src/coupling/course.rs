@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use stagger_messages::{Decision, Field, Iterate, Plan, Verdict, Version};
 
 use super::{
-    Accelerator, Clocks, Ensemble, Iterates, Measured, Outcome, Progress, Rates, Settings, StepControl, System, Task,
+    Accelerator, Clocks, Ensemble, Iterates, Ledger, Measured, Outcome, Progress, Rates, Settings, StepControl, System, Task,
     Turn, change, readers, systems,
 };
 use crate::SolveError;
@@ -32,7 +32,17 @@ struct Saved {
     progress: Progress,
     clocks: Clocks,
     accelerators: Vec<Accelerator>,
+    ledger: Ledger,
     observer: Vec<u8>,
+}
+
+/// The energy of the run up to a checkpoint, whose `coordinator` bytes these are.
+///
+/// # Errors
+/// They are not those of a course.
+pub fn ledger_at(checkpoint: &[u8]) -> Result<Ledger, SolveError> {
+    let saved: Saved = postcard::from_bytes(checkpoint).map_err(|source| failed("restored", source))?;
+    Ok(saved.ledger)
 }
 
 impl Course {
@@ -51,25 +61,26 @@ impl Course {
         }
     }
 
-    /// The course as bytes, with those of whoever observes the run.
+    /// The course as bytes, with the run's energy so far and the bytes of whoever observes the run.
     ///
     /// # Errors
     /// It cannot be encoded.
-    pub fn save(&self, observer: Vec<u8>) -> Result<Vec<u8>, SolveError> {
+    pub fn save(&self, ledger: Ledger, observer: Vec<u8>) -> Result<Vec<u8>, SolveError> {
         let saved = Saved {
             progress: self.control.progress().clone(),
             clocks: self.rates.clocks().clone(),
             accelerators: self.systems.iter().map(|(_, accelerator)| accelerator.clone()).collect(),
+            ledger,
             observer,
         };
         postcard::to_stdvec(&saved).map_err(|source| failed("encoded", source))
     }
 
-    /// Goes on from saved bytes; returns those of the observer.
+    /// Goes on from saved bytes; returns the energy up to there and the observer's bytes.
     ///
     /// # Errors
     /// They are not those of a course of this plan.
-    pub fn restore(&mut self, bytes: &[u8]) -> Result<Vec<u8>, SolveError> {
+    pub fn restore(&mut self, bytes: &[u8]) -> Result<(Ledger, Vec<u8>), SolveError> {
         let saved: Saved = postcard::from_bytes(bytes).map_err(|source| failed("restored", source))?;
         if saved.accelerators.len() != self.systems.len() {
             let (found, expected) = (saved.accelerators.len(), self.systems.len());
@@ -83,7 +94,7 @@ impl Course {
             *accelerator = saved;
         }
         (self.frozen, self.answered, self.committed) = Default::default();
-        Ok(saved.observer)
+        Ok((saved.ledger, saved.observer))
     }
 
     /// What the nodes are asked next.

@@ -2,7 +2,10 @@ use std::collections::BTreeMap;
 
 use stagger_messages::{Decision, Field, Iterate, Plan, Ready, Source, Verdict, Version};
 
-use super::{ControlError, Course, Outcome, Turn, Window};
+use super::{
+    ControlError, Course, Ledger, Outcome, Turn, Window,
+    vetting::{vet, vet_start},
+};
 use crate::SolveError;
 
 /// What the nodes are asked to solve.
@@ -86,7 +89,12 @@ pub trait Observer {
     /// An iteration was decided. Returning `false` ends the run when the step is complete.
     fn decided(&mut self, decision: &Decision, outcomes: &[Outcome]) -> bool;
 
-    /// What it knows, as bytes, for a checkpoint.
+    /// The run's energy so far, for a checkpoint; nothing where it keeps no books.
+    fn ledger(&self) -> Ledger {
+        Ledger::default()
+    }
+
+    /// What else it knows, as bytes, for a checkpoint.
     fn save(&self) -> Vec<u8> {
         Vec::new()
     }
@@ -113,7 +121,11 @@ pub fn drive<E: Ensemble>(
     checkpoint_steps: u64,
     observer: &mut impl Observer,
 ) -> Result<End, E::Error> {
-    let ready = ensemble.start(plan)?;
+    let mut ready = ensemble.start(plan)?;
+    if let Err(error) = vet_start(&mut ready) {
+        ensemble.finish(None, false, &error.to_string())?;
+        return Err(error.into());
+    }
     let fresh = plan.from.is_none_or(|from| from == Version::INITIAL);
     observer.started(if fresh { &ready } else { &[] });
     course.begin(ensemble)?;
@@ -126,7 +138,8 @@ pub fn drive<E: Ensemble>(
         if course.reads_now(&outcomes) {
             outcomes.extend(ensemble.iterate(None, &course.task(Turn::Reading))?);
         }
-        let decision = match course.control.judge(&outcomes) {
+        let judged = vet(&mut outcomes).and_then(|()| course.control.judge(&outcomes));
+        let decision = match judged {
             Ok(decision) => decision,
             Err(error) => {
                 ensemble.finish(None, false, &error.to_string())?;
@@ -138,7 +151,7 @@ pub fn drive<E: Ensemble>(
         let go_on = observer.decided(&decision, &outcomes);
         let due = checkpoint_steps > 0 && version.step.is_multiple_of(checkpoint_steps);
         if accepted && !course.control.finished() && (due || (!go_on && checkpoint_steps > 0)) {
-            ensemble.checkpoint(version, decision.t_s, course.save(observer.save())?);
+            ensemble.checkpoint(version, decision.t_s, course.save(observer.ledger(), observer.save())?);
         }
         before = Some(decision);
         if !go_on && accepted {

@@ -1,8 +1,8 @@
 use std::collections::BTreeMap;
 
-use stagger_messages::{Change, Done, Field, Fields, Measure, Port, Ports, Ready, Source, Version};
+use stagger_messages::{Change, Done, Field, Fields, Measure, Port, Ports, Ready, Rows, Source, Version};
 
-use super::{Frozen, NotConverged, Physics, Reply, Window, change, relative};
+use super::{Frozen, NotConverged, Physics, Reply, Window, change, relative, vetting::fits};
 use crate::SolveError;
 
 /// What a participant answers to a trial: its fields and the report that goes to the coordinator.
@@ -77,8 +77,8 @@ impl<P: Physics> Local<P> {
         Self { name: name.into(), physics, sources: BTreeMap::new(), committed: None, trial: None }
     }
 
-    /// Neither a field nor an energy is handed on that is not finite.
-    fn finite(&self, Reply { fields, ledger, .. }: &Reply) -> Result<(), SolveError> {
+    /// Neither a field nor an energy is handed on that is not finite, nor a figure that is no number.
+    fn finite(&self, Reply { fields, ledger, figures, .. }: &Reply) -> Result<(), SolveError> {
         for field in fields.values() {
             if let Some(index) = field.first_not_finite() {
                 return Err(SolveError::NotFinite {
@@ -89,10 +89,14 @@ impl<P: Physics> Local<P> {
                 });
             }
         }
-        match ledger.iter().find(|entry| !entry.joule.is_finite()) {
+        if let Some(entry) = ledger.iter().find(|entry| !entry.joule.is_finite()) {
+            return Err(SolveError::Energy { node: self.name.clone(), name: entry.name.clone(), joule: entry.joule });
+        }
+        // The largest of none may be infinite.
+        match figures.iter().find(|(_, value)| value.is_nan()) {
             None => Ok(()),
-            Some(entry) => {
-                Err(SolveError::Energy { node: self.name.clone(), name: entry.name.clone(), joule: entry.joule })
+            Some((name, value)) => {
+                Err(SolveError::Figure { node: self.name.clone(), name: name.clone(), value: *value })
             }
         }
     }
@@ -184,6 +188,7 @@ impl<P: Physics> Participant for Local<P> {
         }
         let (state, reply) = self.physics.solve(state, frozen, window)?;
         self.finite(&reply)?;
+        fits(&self.name, &reply.fields, frozen)?;
         let changes = self.changes(&reply, previous.map(|trial| &trial.answer.fields), committed)?;
         let done = Done {
             changes,
@@ -192,6 +197,7 @@ impl<P: Physics> Participant for Local<P> {
             reason: reply.not_converged.map_or("", |NotConverged { reason, .. }| reason).into(),
             ledger: reply.ledger,
             figures: reply.figures,
+            rows: Rows::of(&reply.fields),
             ..Done::default()
         };
         let answer = Answer { fields: reply.fields, done };

@@ -29,11 +29,14 @@ pub struct Settings {
     /// A node whose frozen fields changed by less than this share of their tolerance since it last solved in this
     /// attempt gives its last reply again; 0 asks for equal fields.
     pub reuse: f64,
+    /// Attempts at one step that may be rejected, one after the other, before the run ends; at least 1.
+    pub rejections: u32,
 }
 
 impl Settings {
     /// Steps of size `dt`, and for the rest what a scene that says nothing gets: Gauss–Seidel order, no acceleration,
-    /// a tolerance of 1e-6 within 8 iterations, frozen fields interpolated, reuse below a tenth of the tolerance.
+    /// a tolerance of 1e-6 within 8 iterations, frozen fields interpolated, reuse below a tenth of the tolerance,
+    /// an end after 50 rejections of one step.
     #[must_use]
     pub fn new(dt: StepSize) -> Self {
         Self {
@@ -48,6 +51,7 @@ impl Settings {
             dt,
             interpolate: true,
             reuse: 0.1,
+            rejections: 50,
         }
     }
 

@@ -20,7 +20,8 @@ const NODE_HINT: &str = "Look at the settings and the inputs of that node, or lo
 /// The same where a change overflows.
 const BROKEN_HINT: &str = "Look at the settings and the inputs of the node that writes it";
 /// The same where fields do not converge.
-const FIELD_HINT: &str = "Loosen the tolerance, raise coupling.iterations, or look at the inputs of that row";
+const FIELD_HINT: &str =
+    "Loosen its tolerance, raise coupling.iterations, accelerate the iteration by aitken or iqn-ils, or look at the inputs of that row";
 
 /// Why a run cannot go on.
 #[derive(Debug, Clone, thiserror::Error, PartialEq)]
@@ -40,6 +41,23 @@ pub enum ControlError {
         /// What to do.
         hint: &'static str,
     },
+    /// One step was rejected again and again.
+    #[error(
+        "the step from t = {t_s:e} s was rejected {rejections} times, the last with dt = {dt_s:e} s: {what}. {hint}; \
+         coupling.rejections says how often a step may be rejected"
+    )]
+    TooOften {
+        /// Start of the window, in s.
+        t_s: f64,
+        /// Attempts rejected.
+        rejections: u32,
+        /// The last window, in s.
+        dt_s: f64,
+        /// The field and the row that would not converge, or the node's own words.
+        what: String,
+        /// What to do.
+        hint: &'static str,
+    },
     /// A node cannot go on whatever the step.
     #[error("node `{node}` failed: {message}")]
     Node {
@@ -47,6 +65,29 @@ pub enum ControlError {
         node: String,
         /// Its words.
         message: String,
+    },
+    /// Fields on the same rows do not have as many.
+    #[error(
+        "node `{node}` wrote {rows} rows of `{field}` on `{support}`, but `{other_field}` of node `{other}` has {other_rows}, both of \
+         revision {revision}: every field on `{support}` has a row for each of them; look at what a node of your own writes"
+    )]
+    Rows {
+        /// The node.
+        node: String,
+        /// Its field.
+        field: String,
+        /// Rows it has.
+        rows: u64,
+        /// What they stand on.
+        support: String,
+        /// Its revision.
+        revision: u64,
+        /// The other node.
+        other: String,
+        /// Its field.
+        other_field: String,
+        /// Rows that has.
+        other_rows: u64,
     },
     /// A trial is needed that the earlier run did not ask for, whose recorded nodes take part.
     #[error(
@@ -225,9 +266,12 @@ impl StepControl {
             }
             Verdict::Reject => {
                 let (field, worst) = (&decision.limiting, least(outcomes, &decision));
+                let far = far(&decision);
                 decision.reason = match own {
                     Verdict::Reject if broken => format!("the change of `{field}` is not finite{worst}"),
-                    Verdict::Reject => format!("`{field}` did not converge in {} iterations{worst}", version.iteration),
+                    Verdict::Reject => {
+                        format!("`{field}` did not converge in {} iterations{worst}{far}", version.iteration)
+                    },
                     _ => "it was rejected in the run that is followed".into(),
                 };
                 let factor = if broken { 0.5 } else { decision.factor };
@@ -361,6 +405,11 @@ impl StepControl {
                 hint,
             });
         }
+        let rejections = next.attempt.saturating_sub(1);
+        if rejections >= self.settings.rejections && self.recorded_size(next).is_none() {
+            let (t_s, dt_s, what) = (self.progress.t_s, decision.dt_s, decision.reason.clone());
+            return Err(ControlError::TooOften { t_s, rejections, dt_s, what, hint });
+        }
         decision.verdict = Verdict::Reject.into();
         decision.factor = factor;
         self.progress.dt_s = dt_s;
@@ -384,6 +433,23 @@ fn least(outcomes: &[Outcome], decision: &Decision) -> String {
     let mut changes = outcomes.iter().filter_map(|o| o.result.as_ref().ok()).flat_map(|done| &done.changes);
     let sums = changes.find(|sums| sums.field == decision.limiting);
     sums.map(|sums| format!(", row {} the least", sums.worst_row)).unwrap_or_default()
+}
+
+/// How far the limiting field is from its tolerance, and what an iteration leaves of its change, in words.
+fn far(decision: &Decision) -> String {
+    let Some(FieldError { error, tolerance, absolute, absolute_tolerance, .. }) =
+        decision.errors.iter().find(|error| error.field == decision.limiting)
+    else {
+        return String::new();
+    };
+    let mut words = format!(": its change is {error:.1e}, its tolerance {tolerance:.1e}");
+    if *absolute_tolerance > 0.0 {
+        words += &format!(" (of a row {absolute:.1e}, tolerance {absolute_tolerance:.1e})");
+    }
+    if decision.contraction > 0.0 && decision.contraction.is_finite() {
+        words += &format!(", each iteration leaves {:.2} of it", decision.contraction);
+    }
+    words
 }
 
 #[cfg(test)]

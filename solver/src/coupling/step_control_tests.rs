@@ -184,3 +184,36 @@ fn what_an_earlier_run_did_not_ask_for_is_told_with_the_field_and_the_trial() {
         "{error}"
     );
 }
+
+#[test]
+fn a_step_that_is_only_rejected_ends_the_run_and_says_how_far_it_was() {
+    let dt = StepSize { start_s: 1.0, limit_s: 4.0, minimum_s: 1e-300, growth: 2.0 };
+    let settings = Settings { iterations: 2, rejections: 3, ..Settings::new(dt) };
+    let measured = BTreeMap::from([(("a".into(), "w".into()), Measure::Magnitude)]);
+    let mut control = StepControl::new(&settings, &measured, 100.0);
+    let mut reject = || {
+        control.judge(&outcome(1.0)).unwrap();
+        control.judge(&outcome(0.5))
+    };
+    for _ in 0..2 {
+        assert_eq!(reject().unwrap().verdict(), Verdict::Reject);
+    }
+    let error = reject().unwrap_err();
+    assert!(matches!(error, ControlError::TooOften { rejections: 3, .. }), "{error}");
+    let said = error.to_string();
+    for word in ["rejected 3 times", "`w` did not converge in 2 iterations, row 7", "5.0e-1", "1.0e-6", "leaves 0.50"] {
+        assert!(said.contains(word), "{word}: {said}");
+    }
+    // A step that gets through in between begins the count anew, and a node's own wish counts too.
+    let mut control = StepControl::new(&settings, &measured, 100.0);
+    let done = Done { converged: false, step_factor: 0.25, reason: "too stiff".into(), ..Done::default() };
+    let wish = vec![Outcome { node: "a".into(), result: Ok(done) }];
+    for _ in 0..4 {
+        control.judge(&wish).unwrap();
+        control.judge(&wish).unwrap();
+        assert_eq!(control.judge(&outcome(0.0)).unwrap().verdict(), Verdict::Accept);
+    }
+    control.judge(&wish).unwrap();
+    control.judge(&wish).unwrap();
+    assert!(control.judge(&wish).unwrap_err().to_string().contains("too stiff"));
+}

@@ -4,6 +4,15 @@ use stagger_messages::{Field, Fields, MessageError};
 
 use crate::SolveError;
 
+/// Share of a time by which a sum of steps may miss it, and counts as having reached it: a million additions miss by some
+/// 1e-10.
+const ROUNDING: f64 = 1e-9;
+
+/// Whether a time that steps add up to has come to a time of the scene, in s.
+pub(crate) fn reached(t_s: f64, at_s: f64) -> bool {
+    t_s >= at_s - ROUNDING * at_s.abs()
+}
+
 /// The field `name` of `fields`.
 pub(crate) fn field<'a>(fields: &'a Fields, name: &str) -> Result<&'a Field, SolveError> {
     Ok(fields.get(name).ok_or_else(|| MessageError::Absent(name.into()))?)
@@ -66,4 +75,25 @@ pub(crate) fn setting(node: &str, what: &str, value: f64, fits: bool, expected: 
 /// Energy in J of constant powers in W over `dt_s`, summed by index: writer and reader of a power book the same number.
 pub(crate) fn energy_j(power_w: &[f64], dt_s: f64) -> f64 {
     power_w.iter().fold(0.0, |sum, power| sum + power * dt_s)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::reached;
+
+    #[test]
+    fn a_time_is_reached_by_a_sum_of_steps_that_misses_it_by_rounding_and_not_before() {
+        for steps in [10u32, 1000, 1_000_000] {
+            let (dt_s, mut t_s) = (1.0 / f64::from(steps), 0.0);
+            for step in 1..=steps {
+                t_s += dt_s;
+                // Its exact neighbours: this step's time and the next one's.
+                if step % (steps / 10) == 0 {
+                    assert!(reached(t_s, f64::from(step) / f64::from(steps)), "{step} of {steps}: {t_s:e}");
+                }
+                assert!(!reached(t_s, f64::from(step + 1) / f64::from(steps)), "{step} of {steps}: {t_s:e}");
+            }
+        }
+        assert!(reached(0.0, 0.0) && !reached(1e300, f64::INFINITY) && reached(f64::INFINITY, 1.0));
+    }
 }

@@ -68,6 +68,13 @@ static REUSE: Key = Key::new(
     "A physics whose frozen fields changed by less than this share of their tolerances gives its last reply again.",
 )
 .or("0.1");
+static REJECTIONS: Key = Key::new(
+    "rejections",
+    Kind::Whole(1, 1_000_000),
+    "Attempts at one step that may be rejected, one after the other: the run then ends and says why, as it does where the step \
+     falls under its minimum. A fifth of that number is told as a warning.",
+)
+.or("50");
 static DT: Key = Key::new("dt", Kind::Table(&DT_SECTION), "Size of the step.");
 
 pub(super) static SECTION: Section = Section {
@@ -86,6 +93,7 @@ pub(super) static SECTION: Section = Section {
         &EVERY,
         &FROZEN,
         &REUSE,
+        &REJECTIONS,
         &DT,
     ],
 };
@@ -175,6 +183,7 @@ pub(super) fn read(table: Table<'_>, names: &Names<'_>) -> Option<Settings> {
     let (default_tolerance, iterations) = (table.number(&DEFAULT_TOLERANCE), table.whole_u32(&ITERATIONS));
     let interpolate = table.choice(&FROZEN) != "held";
     let reuse = table.number(&REUSE);
+    let rejections = table.whole_u32(&REJECTIONS);
     let dt = step_size(&table);
     table.finish();
     Some(Settings {
@@ -189,6 +198,7 @@ pub(super) fn read(table: Table<'_>, names: &Names<'_>) -> Option<Settings> {
         dt: dt?,
         interpolate,
         reuse,
+        rejections,
     })
 }
 

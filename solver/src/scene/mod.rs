@@ -97,7 +97,7 @@ pub struct Scene {
     pub quantities: Vec<String>,
     /// The files the scene names, by their paths as it writes them.
     pub files: Files,
-    /// Hash of the text, the overrides and the files: what names the scene in a manifest and a recording.
+    /// Hash of every value in force and of the files: what names the scene in a manifest and a recording.
     pub hash: u64,
     /// The text, without the overrides.
     pub text: String,
@@ -279,7 +279,8 @@ impl Scene {
                     .sort_by_key(|value| ROOT.keys.iter().position(|key| Some(key.name) == first(value).as_deref()));
                 let (text, overrides, files) = (text.to_owned(), overrides.to_vec(), log.files.take());
                 let presets = presets::names(&entries);
-                Ok(Self { hash: hash(&text, &overrides, &files), text, overrides, files, effective, presets, ..scene })
+                let hash = hash(log.identity.take(), &files);
+                Ok(Self { hash, text, overrides, files, effective, presets, ..scene })
             }
             _ => Err(fail(mistakes)),
         }
@@ -432,15 +433,10 @@ fn example_of(path: &str) -> &'static str {
     section.map_or("{ key = value }", |section| section.example)
 }
 
-/// Hash of the text, the overrides and the files; separators that no text holds keep them apart.
-fn hash(text: &str, overrides: &[(String, String)], files: &Files) -> u64 {
-    let mut bytes = text.as_bytes().to_vec();
-    for (key, value) in overrides {
-        for part in [key, value] {
-            bytes.push(0xff);
-            bytes.extend_from_slice(part.as_bytes());
-        }
-    }
+/// Hash of all that was read and of the files: of what a scene says, not of how it is written. A default that is written
+/// down, another unit or a comment makes no other scene.
+fn hash(identity: Vec<u8>, files: &Files) -> u64 {
+    let mut bytes = identity;
     for (path, contents) in files {
         bytes.push(0xfe);
         bytes.extend_from_slice(path.as_bytes());

@@ -9,7 +9,7 @@ use super::{
 };
 use crate::physics::{
     Wall,
-    optics::{Beam, Model, Path, Profile, Pulses, Settings, Surface},
+    optics::{Beam, Lines, Model, Path, Profile, Pulses, Settings, Surface},
     rays::RefractiveIndex,
 };
 
@@ -41,7 +41,11 @@ static SPACING: Key = Key::new(
     Kind::Number(&LENGTH, Range::POSITIVE),
     "Distance between the lines that sample the beam. Used by beer-lambert only.",
 )
-.or_from("a quarter of the mean radius");
+.or_from(
+    "a quarter of the mean radius, down to an eighth where particles are small: half of the radius that a twentieth of them are \
+     below. For a narrow beam a twelfth of the radius within which half of its power lies, where that radius is below 5/4 of the \
+     mean one",
+);
 static INDEX: Key = Key::new(
     "refractive-index",
     Kind::Number(&NUMBER, Range::POSITIVE),
@@ -164,8 +168,8 @@ pub(super) static PULSES_SECTION: Section = Section {
 
 /// Reads the settings of the laser.
 pub(super) fn read(table: Table<'_>, bodies: &Bodies<'_>, walls: &[Wall], seed: u64) -> Option<Settings> {
-    let model = model(&table, bodies, seed);
     let profile = profile(&table);
+    let model = model(&table, bodies, profile.as_ref(), seed);
     let path = path(&table, &PATH);
     let (starts_s, ends_s) = switched(&table, &STARTS, &ENDS);
     let power_w = table.number(&POWER_KEY);
@@ -198,7 +202,7 @@ pub(super) fn pulses(table: &Table<'_>, key: &'static Key) -> Option<Pulses> {
     })
 }
 
-fn model(table: &Table<'_>, bodies: &Bodies<'_>, seed: u64) -> Option<Model> {
+fn model(table: &Table<'_>, bodies: &Bodies<'_>, profile: Option<&Profile>, seed: u64) -> Option<Model> {
     let fidelity = table.choice(&FIDELITY);
     // What another fidelity uses may stay in the scene, so that only the fidelity changes between two runs.
     if !fidelity.starts_with("beer-lambert") {
@@ -234,9 +238,23 @@ fn model(table: &Table<'_>, bodies: &Bodies<'_>, seed: u64) -> Option<Model> {
         _ => Model::BeerLambert {
             absorption_1_m: table
                 .number_or(&ABSORPTION, || bodies.property("absorption", bodies.material.1.absorption_1_m)),
-            spacing_m: table.number_or(&SPACING, || bodies.radius_m / 4.0),
+            spacing_m: table.number_or(&SPACING, || spacing_m(bodies, profile)),
         },
     })
+}
+
+/// Distance between the lines where the scene gives none: both the particles and the beam are sampled.
+fn spacing_m(bodies: &Bodies<'_>, profile: Option<&Profile>) -> f64 {
+    let of_mean_m = bodies.radius_m / 4.0;
+    let Some(profile) = profile else { return of_mean_m };
+    // Four times the lines at most are for small particles: what they take is little.
+    let of_small_m = (bodies.small_m / 2.0).max(of_mean_m / 2.0);
+    // A beam that is wide over them is sampled with them; lines over a narrow one are few.
+    let narrow = profile.quantile_m(0.5) < 5.0 * of_mean_m;
+    let of_beam_m = if narrow { profile.sampling_m() } else { f64::INFINITY };
+    let finest_m = of_mean_m.min(of_small_m).min(of_beam_m);
+    // None of this is a reason to refuse the scene.
+    finest_m.max(of_mean_m.min(Lines::finest_m(profile)))
 }
 
 fn surface(table: &Table<'_>, bodies: &Bodies<'_>) -> Surface {

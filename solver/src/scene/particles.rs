@@ -149,6 +149,8 @@ pub(super) struct Bodies<'d> {
     pub count: usize,
     /// Mean radius of the group with the smallest, in m.
     pub radius_m: f64,
+    /// Radius that a twentieth of a group's particles are below, of the group or the dispenser where it is least, in m.
+    pub small_m: f64,
     /// Material of `[particles]` itself.
     pub material: (String, Material),
     pub temperature_k: f64,
@@ -182,6 +184,7 @@ impl<'d> Bodies<'d> {
                 pours,
                 count: 0,
                 radius_m,
+                small_m: radius_m,
                 material,
                 temperature_k,
                 come_and_go,
@@ -190,7 +193,7 @@ impl<'d> Bodies<'d> {
         let material = materials::choose(&table, &MATERIAL, materials);
         used.index(material.0.clone(), material.1.clone());
         let temperature_k = table.number(&TEMPERATURE_KEY);
-        let (mut groups, mut count, mut radius_m) = (Vec::new(), 0, f64::NAN);
+        let (mut groups, mut count, mut radius_m, mut small_m) = (Vec::new(), 0, f64::NAN, f64::NAN);
         let poured = table.is_given(&POUR);
         let start = match Starting::read(&table) {
             Some(starting) if starting.gives_all() => {
@@ -198,6 +201,9 @@ impl<'d> Bodies<'d> {
                 if let Some(Start::Given { radii_m, .. }) = &start {
                     count = radii_m.len();
                     radius_m = radii_m.iter().sum::<f64>() / count.max(1) as f64;
+                    let mut sorted_m = radii_m.clone();
+                    sorted_m.sort_by(f64::total_cmp);
+                    small_m = sorted_m.get(count / 20).copied().unwrap_or(f64::NAN);
                 }
                 start
             }
@@ -207,6 +213,7 @@ impl<'d> Bodies<'d> {
                 let largest_m = there.map(|group| group.radius.largest_m()).fold(f64::NAN, f64::max);
                 count = groups.iter().map(|group| group.count).fold(0, usize::saturating_add);
                 radius_m = groups.iter().map(|group| group.radius.mean_m()).fold(f64::NAN, f64::min);
+                small_m = groups.iter().map(|group| group.radius.small_m()).fold(f64::NAN, f64::min);
                 match starting {
                     Some(starting) => starting.place(largest_m, walls),
                     // Particles that all come from dispensers start nowhere.
@@ -227,8 +234,10 @@ impl<'d> Bodies<'d> {
         };
         let usual = pour::Usual { radius: groups.first().map(|group| group.radius), material: &material, seed };
         let pours = pour::pours(&table, &POUR, &usual, materials, &mut used);
+        small_m = pours.iter().map(|pour| pour.radius.small_m()).fold(small_m, f64::min);
         let come_and_go = table.is_given(&POUR) || table.is_given(&DOMAIN);
-        Self { table: Some(table), groups, used, start, pours, count, radius_m, material, temperature_k, come_and_go }
+        let table = Some(table);
+        Self { table, groups, used, start, pours, count, radius_m, small_m, material, temperature_k, come_and_go }
     }
 
     /// A property of the one material that another physics takes for all particles, reported where it is missing.

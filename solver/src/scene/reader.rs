@@ -20,13 +20,20 @@ use super::{
 pub(super) struct Log<'r> {
     pub mistakes: RefCell<Vec<Mistake>>,
     pub values: RefCell<Vec<Value>>,
+    /// What was read, exactly, however it is spelled and whether it was given or is a default.
+    pub identity: RefCell<Vec<u8>>,
     pub files: Reader<'r>,
 }
 
 impl<'r> Log<'r> {
     /// Nothing read yet; `read` reads the files the scene names.
     pub fn new(read: ReadFile<'r>) -> Self {
-        Self { mistakes: RefCell::default(), values: RefCell::default(), files: Reader::new(read) }
+        Self {
+            mistakes: RefCell::default(),
+            values: RefCell::default(),
+            identity: RefCell::default(),
+            files: Reader::new(read),
+        }
     }
 }
 
@@ -60,6 +67,8 @@ impl<'d> Table<'d> {
         entries: Vec<(&'d str, Place, &'d Node)>,
     ) -> Self {
         let mut table = Self { log, section, path, place, entries, asked: RefCell::default(), meant: Vec::new() };
+        // That a table is there may mean something of its own.
+        identify(log, &table.path, &[]);
         for index in 0..table.entries.len() {
             let (name, place, _) = table.entries[index];
             let known = || section.keys.iter().map(|key| key.name);
@@ -120,6 +129,11 @@ impl<'d> Table<'d> {
     }
 
     fn record(&self, key: &Key, shown: String, si: Vec<f64>, is_default: bool) {
+        let exact = match key.kind {
+            Kind::Number(..) | Kind::Vector(_) | Kind::Vectors(_) | Kind::Series(..) => bits(&si),
+            _ => shown.clone().into_bytes(),
+        };
+        identify(self.log, &self.path_of(key.name), &exact);
         let value = Value { path: self.path_of(key.name), value: shown, si, is_default, doc: key.doc };
         self.log.values.borrow_mut().push(value);
     }
@@ -380,6 +394,9 @@ impl<'d> Table<'d> {
                 Err((found, _)) => self.mistake(node.place, path, format!("expected {expected}, found {found}"), None),
             }
         }
+        for (name, value) in &values {
+            identify(self.log, &format!("{}.{name}", self.path_of(key.name)), &bits(&[si(*value)]));
+        }
         values
     }
 
@@ -466,6 +483,19 @@ impl<'d> Table<'d> {
             self.mistake(*place, self.path_of(name), message, None);
         }
     }
+}
+
+/// Adds what was read at a path to the scene's identity; separators that no text holds keep the parts apart.
+fn identify(log: &Log<'_>, path: &str, exact: &[u8]) {
+    let mut identity = log.identity.borrow_mut();
+    identity.extend_from_slice(path.as_bytes());
+    identity.push(0xff);
+    identity.extend_from_slice(&(exact.len() as u64).to_le_bytes());
+    identity.extend_from_slice(exact);
+}
+
+fn bits(numbers: &[f64]) -> Vec<u8> {
+    numbers.iter().flat_map(|number| number.to_le_bytes()).collect()
 }
 
 pub(super) fn mismatch(node: &Node) -> Mismatch {

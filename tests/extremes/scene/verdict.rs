@@ -89,7 +89,7 @@ fn conserved(ledger: &Ledger, scene: &Scene, volume_k_m3: f64) -> Result<Outcome
         };
         // Heat is known by temperatures, whatever part of it moves: half of the digits of a temperature at 1 K.
         let heat_j = if node == "thermal" { heat_j(scene, volume_k_m3) } else { 0.0 };
-        let bound = share * account.throughput() + HELD * (held(account) + heat_j) + f64::MIN_POSITIVE;
+        let bound = share * account.turned_over() + HELD * (held(account) + heat_j) + f64::MIN_POSITIVE;
         let imbalance = account.imbalance().abs();
         if imbalance > bound && node == "particles" {
             outcome = Outcome::Coarse;

@@ -121,8 +121,8 @@ fn the_balance_closes_to_rounding_while_particles_come_and_go() {
     let account = &ledger.nodes()["thermal"];
     assert!(moved.iter().all(|moved| *moved > 1e-6), "{moved:?} J must be more than rounding");
     // Six windows of some ten numbers of about a micro- to a millijoule each.
-    let closed = account.imbalance().abs() / account.throughput();
-    assert!(closed < 1e-14, "{closed:e} of {} J", account.throughput());
+    let closed = account.imbalance().abs() / account.turned_over();
+    assert!(closed < 1e-14, "{closed:e} of {} J", account.turned_over());
 }
 
 #[test]

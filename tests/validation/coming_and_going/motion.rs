@@ -29,7 +29,7 @@ fn run(scene: &str, mut look: impl FnMut(&Reply)) -> Ledger {
 
 fn imbalance(ledger: &Ledger) -> f64 {
     let account = &ledger.nodes()["particles"];
-    (account.imbalance() / account.throughput()).abs()
+    (account.imbalance() / account.turned_over()).abs()
 }
 
 /// Nothing but what a dispenser pours onto a plate.

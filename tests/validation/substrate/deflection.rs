@@ -125,8 +125,8 @@ fn the_work_of_a_sinking_surface_is_booked() {
             state = next;
         }
         let account = &ledger.nodes()["particles"];
-        assert!(account.gained["walls"].abs() > 1e-3 * account.throughput(), "{account:?}");
-        account.imbalance().abs() / account.throughput()
+        assert!(account.gained["walls"].abs() > 1e-3 * account.turned_over(), "{account:?}");
+        account.imbalance().abs() / account.turned_over()
     };
     let errors = [200, 400, 800].map(off);
     for pair in errors.windows(2) {

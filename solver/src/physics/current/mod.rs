@@ -21,7 +21,7 @@ use crate::{
     SolveError,
     coupling::{Frozen, Physics, Reply, Window},
     physics::{
-        checks::{energy_j, positive, setting},
+        checks::{energy_j, positive, reached, setting},
         contacts,
     },
 };
@@ -345,7 +345,8 @@ impl Physics for Current {
             Energy::lost("joule", energy_j(&joule_w, window.dt_s)),
         ];
         let figures = self.figures(&flow);
-        let is_on = window.t_s + window.dt_s <= self.settings.ends_s;
+        // A window that ends with the current still has it at its end.
+        let is_on = reached(self.settings.ends_s, window.t_s + window.dt_s);
         let fields = self.fields(&now.rows.support, joule_w, is_on.then_some(&flow))?;
         let state = State { rows, last: is_on.then(|| Arc::new(at_end)) };
         Ok((state, Reply { fields, ledger, figures, ..Reply::default() }))

@@ -8,7 +8,7 @@ mod settings;
 
 use std::{borrow::Cow, collections::BTreeMap, sync::Arc};
 
-use beer_lambert::Lines;
+pub(crate) use beer_lambert::Lines;
 use rays::Rays;
 use serde::{Deserialize, Serialize};
 pub use settings::*;

@@ -21,7 +21,7 @@ impl Particles {
         let of_motion = |name, vectors: &[Vec3], inertias: &[f64]| {
             let twice_j: f64 = vectors.iter().zip(inertias).map(|(vector, m)| m * vector.norm_squared()).sum();
             if twice_j.is_finite() {
-                return Ok(Energy::stored(name, 0.5 * twice_j));
+                return Ok(Energy::of_motion(name, 0.5 * twice_j));
             }
             let sizes = vectors.iter().map(Vec3::amax).zip(&bodies.rows);
             let (_, row) = sizes.fold((0.0, 0), |most, (size, &row)| if size > most.0 { (size, row) } else { most });

@@ -133,7 +133,7 @@ impl Pour {
     pub fn due(&self, t_s: f64, dt_s: f64, poured_so_far: u64) -> u64 {
         let open_s = ((t_s + dt_s).min(self.until_s) - self.from_s).max(0.0);
         // What rounding of times keeps from a whole number is forgiven; a cast of what is too large is the largest.
-        let due = (self.rate_1_s * open_s * (1.0 + 1e-12) + 1e-9).floor() as u64;
+        let due = (self.rate_1_s * open_s * (1.0 + 1e-9) + 1e-9).floor() as u64;
         due.min(self.limit.unwrap_or(u64::MAX)).saturating_sub(poured_so_far)
     }
 
@@ -254,6 +254,20 @@ mod tests {
         assert_eq!(pour().due(1.0, 0.1, 33), 7);
         assert_eq!(Pour { limit: Some(15), ..pour() }.due(0.05, 0.1, 4), 11);
         assert_eq!(Pour { until_s: f64::INFINITY, ..pour() }.due(2.0, 1.0, 2980), 10);
+    }
+
+    #[test]
+    fn what_is_due_at_a_time_that_a_sum_of_steps_misses_is_due_then() {
+        // Ten tenths of a second, added up, are a rounding short of one.
+        let pour = Pour { rate_1_s: 10.0, from_s: 0.0, until_s: f64::INFINITY, ..pour() };
+        for steps in [10u32, 100_000] {
+            let (dt_s, mut t_s, mut poured) = (1.0 / f64::from(steps), 0.0, 0);
+            for step in 1..=steps {
+                poured += pour.due(t_s, dt_s, poured);
+                t_s += dt_s;
+                assert_eq!(poured, u64::from(step * 10 / steps), "after {step} of {steps} steps");
+            }
+        }
     }
 
     #[test]

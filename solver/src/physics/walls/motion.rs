@@ -76,7 +76,7 @@ impl During {
 
     /// 1 while it lasts, 0 before and after.
     fn active(&self, t_s: f64) -> f64 {
-        if (self.from_s..self.until_s).contains(&t_s) { 1.0 } else { 0.0 }
+        if checks::reached(t_s, self.from_s) && !checks::reached(t_s, self.until_s) { 1.0 } else { 0.0 }
     }
 
     fn check(&self, wall: &str) -> Result<(), SolveError> {

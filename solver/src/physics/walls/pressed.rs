@@ -125,7 +125,7 @@ impl Pressed {
 
     /// The speed it is given; `None` while the set force drives it.
     fn withdrawal_speed(&self, t_s: f64, state: &WallState) -> Option<f64> {
-        let withdrawal = self.withdrawal.filter(|withdrawal| t_s >= withdrawal.from_s)?;
+        let withdrawal = self.withdrawal.filter(|withdrawal| checks::reached(t_s, withdrawal.from_s))?;
         Some(if state.displacement_m <= self.limits_m[0] { 0.0 } else { -withdrawal.speed_m_s })
     }
 

@@ -3,7 +3,7 @@
 use crate::{
     SolveError,
     physics::{
-        checks::setting,
+        checks::{reached, setting},
         particles::{FieldRegion, Presence, Vec3},
     },
 };
@@ -12,7 +12,7 @@ impl Presence {
     /// Whether the field is switched on.
     #[inline]
     pub(super) fn is_on(&self, t_s: f64) -> bool {
-        self.starts_s <= t_s && t_s < self.ends_s
+        reached(t_s, self.starts_s) && !reached(t_s, self.ends_s)
     }
 
     /// Whether a place lies in the field's region; its bounds belong to it.

@@ -72,6 +72,20 @@ impl Radius {
         }
     }
 
+    /// The radius that a twentieth of those it gives are below, in m; of a log-normal distribution before limits cut it, or its
+    /// smallest radius.
+    #[must_use]
+    pub fn small_m(&self) -> f64 {
+        match *self {
+            Self::Uniform { mean_m, spread_m } => mean_m - 0.9 * spread_m,
+            Self::LogNormal { mean_m, deviation_m, minimum_m, .. } => {
+                // ln R is normal with this variance and mean; 1.645 of its deviations below lies a twentieth.
+                let variance = math::ln_1p(math::powi(deviation_m / mean_m, 2));
+                minimum_m.max(mean_m * math::exp(-0.5 * variance - 1.645 * variance.sqrt()))
+            }
+        }
+    }
+
     /// Its mean, before limits cut it, in m.
     #[must_use]
     pub fn mean_m(&self) -> f64 {
