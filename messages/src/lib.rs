@@ -149,7 +149,8 @@ pub fn shown_name(name: &str) -> Cow<'_, str> {
     if name.len() <= LONGEST_NAME && !name.chars().any(char::is_control) {
         return Cow::Borrowed(name);
     }
-    let mut shown: String = name.chars().take(LONGEST_NAME).map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect();
+    let mut shown: String =
+        name.chars().take(LONGEST_NAME).map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect();
     if shown.len() < name.len() && name.chars().nth(LONGEST_NAME).is_some() {
         shown.push('…');
     }

@@ -1,6 +1,8 @@
 use std::collections::BTreeMap;
 
-use stagger_messages::{Checkpoint, Decision, Directive, Done, Energy, Report, Verdict, Version, directive, report, shown_name};
+use stagger_messages::{
+    Checkpoint, Decision, Directive, Done, Energy, Report, Verdict, Version, directive, report, shown_name,
+};
 
 use stagger_solver::coupling::{Ledger, ledger_at};
 
@@ -42,7 +44,8 @@ impl Accounts {
                 self.ledger.start(node, &ledger(&ready.ledger));
             }
             Some(report::Body::Done(done)) => {
-                let figures = done.figures.iter().map(|(name, value)| (shown_name(name).into_owned(), *value)).collect();
+                let figures =
+                    done.figures.iter().map(|(name, value)| (shown_name(name).into_owned(), *value)).collect();
                 let done = Done { ledger: ledger(&done.ledger), figures, ..done.clone() };
                 let known = self.done.get(node).is_some_and(|(last, _)| *last == version);
                 // A physics that only reads is solved after the step is accepted.

@@ -73,6 +73,9 @@ impl SolveError {
     /// Whether the same window may succeed when it is shorter.
     #[must_use]
     pub fn retry(&self) -> bool {
-        matches!(self, Self::NotFinite { .. } | Self::Energy { .. } | Self::Figure { .. } | Self::Replayed { retry: true, .. })
+        matches!(
+            self,
+            Self::NotFinite { .. } | Self::Energy { .. } | Self::Figure { .. } | Self::Replayed { retry: true, .. }
+        )
     }
 }

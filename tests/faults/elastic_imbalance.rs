@@ -69,7 +69,8 @@ fn imbalance(summary: &Value) -> f64 {
 /// Change of the kinetic energy over the largest there was, as the ledger says, less what it says was exchanged.
 fn expected(summary: &Value) -> f64 {
     let account = &summary["ledger"]["particles"];
-    let sum = |side: &str| account[side].as_object().unwrap().values().map(|joule| joule.as_f64().unwrap()).sum::<f64>();
+    let sum =
+        |side: &str| account[side].as_object().unwrap().values().map(|joule| joule.as_f64().unwrap()).sum::<f64>();
     let error_j = sum("stored") - sum("initial") - sum("gained") + sum("lost");
     error_j / account["ranges"]["stored"]["kinetic"][1].as_f64().unwrap()
 }
@@ -125,8 +126,8 @@ fn an_orbit_and_a_charge_in_a_magnetic_field_do_not_hide_their_errors() {
     // A field that does no work: what the energy changes by is the error, of the whole energy and not of itself.
     let share = imbalance(&summary);
     let account = &summary["ledger"]["particles"];
-    let [initial, stored, gained] =
-        [("initial", "kinetic"), ("stored", "kinetic"), ("gained", "fields")].map(|(side, name)| account[side][name].as_f64().unwrap());
+    let [initial, stored, gained] = [("initial", "kinetic"), ("stored", "kinetic"), ("gained", "fields")]
+        .map(|(side, name)| account[side][name].as_f64().unwrap());
     let most = account["ranges"]["stored"]["kinetic"][1].as_f64().unwrap();
     assert!(most >= initial.max(stored));
     assert!((share - (stored - initial - gained) / most).abs() < 1e-12, "{share:e}");

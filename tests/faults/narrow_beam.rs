@@ -91,7 +91,8 @@ fn advice_tells_a_spacing_that_is_too_coarse_and_a_spot_that_outruns_the_step() 
     let folder = program::folder(&[("scene.toml", SCENE)]);
     let advice = |sets: &[&str]| -> Vec<serde_json::Value> {
         let sets: Vec<_> = sets.iter().flat_map(|set| ["--set", *set]).collect();
-        let output = program::stagger(folder.path(), &[&["check", "scene.toml", "--advise", "--json"], &sets[..]].concat());
+        let output =
+            program::stagger(folder.path(), &[&["check", "scene.toml", "--advise", "--json"], &sets[..]].concat());
         assert!(output.status.success(), "{}", program::stderr(&output));
         let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
         report["advice"].as_array().unwrap().clone()
@@ -111,7 +112,8 @@ fn advice_tells_a_spacing_that_is_too_coarse_and_a_spot_that_outruns_the_step() 
 
     let number = "way of the spot over its radius";
     assert_eq!(verdict(&advice(&[]), number), "none");
-    let sweep = "optics.path={ kind = \"sweep\", from = [\"-0.1 mm\", 0, 0], to = [\"0.1 mm\", 0, 0], speed = \"1 m/s\" }";
+    let sweep =
+        "optics.path={ kind = \"sweep\", from = [\"-0.1 mm\", 0, 0], to = [\"0.1 mm\", 0, 0], speed = \"1 m/s\" }";
     let fast = advice(&[sweep, "coupling.dt=10 us"]);
     assert_eq!(verdict(&fast, number), "refine");
     let edit = fast.iter().find(|advice| advice["number"] == number).unwrap()["edits"][0]["set"].clone();

@@ -42,7 +42,8 @@ fn check_says_what_a_constant_relaxation_cannot_reach() {
     for sets in [&quiet[..], &["coupling.acceleration=aitken"], &[]] {
         assert!(!program::stderr(&check(sets)).contains("may never converge"), "{sets:?}");
     }
-    let output = program::stagger(folder.path(), &["check", "scene.toml", "--json", "--set", "coupling.acceleration=constant"]);
+    let output =
+        program::stagger(folder.path(), &["check", "scene.toml", "--json", "--set", "coupling.acceleration=constant"]);
     let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(report["warnings"].as_array().unwrap().len(), 1, "{report}");
 }
@@ -51,11 +52,21 @@ fn check_says_what_a_constant_relaxation_cannot_reach() {
 fn a_run_that_only_rejects_says_so_and_ends() {
     let folder = program::folder(&[("scene.toml", SCENE)]);
     // A minimum far away, as it is in a scene that wants to be on the safe side.
-    let sets = ["--set", "coupling.acceleration=constant", "--set", "coupling.dt.minimum=1e-300 s", "--set", "coupling.dt.start=10 us"];
+    let sets = [
+        "--set",
+        "coupling.acceleration=constant",
+        "--set",
+        "coupling.dt.minimum=1e-300 s",
+        "--set",
+        "coupling.dt.start=10 us",
+    ];
     let scene = SCENE.replace("dt = \"10 us\"", "dt = { start = \"10 us\" }");
     std::fs::write(folder.path().join("scene.toml"), scene).unwrap();
     let run = |more: &[&str]| {
-        program::stagger(folder.path(), &[&["run", "scene.toml", "--in-process", "--no-record"], &sets[..], more].concat())
+        program::stagger(
+            folder.path(),
+            &[&["run", "scene.toml", "--in-process", "--no-record"], &sets[..], more].concat(),
+        )
     };
     let output = run(&[]);
     assert_eq!(output.status.code(), Some(1));

@@ -47,7 +47,8 @@ struct Own {
 impl Own {
     fn new(_: &Setup) -> Result<Self, Box<dyn Error>> {
         let wrong = std::env::var(WRONG)?;
-        let (kind, rows) = wrong.split_once('=').map_or((wrong.as_str(), 8), |(kind, rows)| (kind, rows.parse().unwrap()));
+        let (kind, rows) =
+            wrong.split_once('=').map_or((wrong.as_str(), 8), |(kind, rows)| (kind, rows.parse().unwrap()));
         let temperature = Arc::new(Port::f64("temperature", "K", "particles", 1, Measure::Magnitude));
         Ok(Self { wrong: (kind.into(), rows), temperature })
     }

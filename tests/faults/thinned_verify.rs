@@ -37,7 +37,10 @@ fn a_recording_that_lacks_fields_cannot_be_verified_and_says_so() {
         let output = verify(&[thinned]);
         let said = program::stderr(&output) + &program::stdout(&output);
         assert!(!output.status.success() && said.contains("the recording lacks a field"), "{thinned}: {said}");
-        assert!(said.contains("Only a recording at level \"all\", of all fields and every step, can be verified"), "{thinned}: {said}");
+        assert!(
+            said.contains("Only a recording at level \"all\", of all fields and every step, can be verified"),
+            "{thinned}: {said}"
+        );
         assert!(!said.contains("difference") && !said.contains("differ"), "{thinned}: {said}");
     }
     let output = verify(&[]);

@@ -38,7 +38,11 @@ pub fn energy(gathered: &Gathered) -> String {
     let imbalances = gathered.ledger.imbalances();
     let row =
         |(what, share): (&String, &f64)| vec![escape(what), data(&format!("imbalance.{what}"), share, &number(*share))];
-    text += &table(&["imbalance of", "share of the energy turned over"], 1, &imbalances.iter().map(row).collect::<Vec<_>>());
+    text += &table(
+        &["imbalance of", "share of the energy turned over"],
+        1,
+        &imbalances.iter().map(row).collect::<Vec<_>>(),
+    );
     let chart = |(node, curves): (&String, &BTreeMap<String, Thinned>)| {
         let moving = curves.iter().map(|(name, curve)| (name.replace('_', " "), curve.points()));
         // What stays zero throughout would only crowd the legend.

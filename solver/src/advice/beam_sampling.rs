@@ -50,7 +50,8 @@ pub(super) fn advise(facts: &Facts<'_>) -> Vec<Advice> {
             }
             (false, false) => (Verdict::Suffices, "lines sample the beam and the particles".to_owned()),
         };
-        let meaning = format!("radius within which half of the power lies over the spacing of the lines, {spacing_m:.2e} m");
+        let meaning =
+            format!("radius within which half of the power lies over the spacing of the lines, {spacing_m:.2e} m");
         let about = format!("{}.spacing", laser.table);
         let mut advice = Advice::new(&about, "lines to the beam", lines, &meaning, verdict, says);
         if verdict == Verdict::Refine {

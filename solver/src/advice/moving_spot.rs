@@ -65,8 +65,10 @@ pub(super) fn advise(facts: &Facts<'_>) -> Vec<Advice> {
         all.push(advice);
     }
     if let Some(beam) = shortest {
-        let meaning =
-            format!("longest step, {limit_s:.2e} s, over the time that [{}] is on at once, {:.2e} s", beam.table, beam.on_s);
+        let meaning = format!(
+            "longest step, {limit_s:.2e} s, over the time that [{}] is on at once, {:.2e} s",
+            beam.table, beam.on_s
+        );
         let says = format!(
             "a step takes the mean of the power: the energy is right, but a pulse heats as if it lasted the whole step, and its \
              peak is lost; {step_s:.2e} s follows it"

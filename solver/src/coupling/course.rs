@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 use stagger_messages::{Decision, Field, Iterate, Plan, Verdict, Version};
 
 use super::{
-    Accelerator, Clocks, Ensemble, Iterates, Ledger, Measured, Outcome, Progress, Rates, Settings, StepControl, System, Task,
-    Turn, change, readers, systems,
+    Accelerator, Clocks, Ensemble, Iterates, Ledger, Measured, Outcome, Progress, Rates, Settings, StepControl, System,
+    Task, Turn, change, readers, systems,
 };
 use crate::SolveError;
 

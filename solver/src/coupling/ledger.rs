@@ -192,7 +192,8 @@ mod tests {
         let moving = |joule| vec![Energy::of_motion("kinetic", joule)];
         assert_eq!(share(&moving(1024.0), &[moving(1024.0), moving(1023.0)]), -1.0 / 1024.0);
         // One that fell and came back up, in another node's potential without a zero of its own.
-        let held = |kinetic, potential| vec![Energy::of_motion("kinetic", kinetic), Energy::stored("potential", potential)];
+        let held =
+            |kinetic, potential| vec![Energy::of_motion("kinetic", kinetic), Energy::stored("potential", potential)];
         let windows = [held(2.0, 6.0), held(4.0, 4.0), held(0.0, 7.0)];
         assert_eq!(share(&held(0.0, 8.0), &windows), -1.0 / 4.0);
         // What a wall put in and took out again.

@@ -33,7 +33,7 @@ pub use participant::{Answer, Local, Participant, same};
 pub use physics::{Frozen, NotConverged, Physics, Reply, Window};
 pub use plan::{Measured, PlanError, System, measured, plan, systems};
 pub use precedent::Precedent;
-pub use reach::out_of_reach;
 pub use rates::{Clocks, Rates, Turn, readers};
+pub use reach::out_of_reach;
 pub use settings::{Acceleration, FieldSettings, Order, Settings, StepSize};
 pub use step_control::{ControlError, Outcome, Progress, StepControl};

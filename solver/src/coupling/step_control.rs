@@ -20,8 +20,7 @@ const NODE_HINT: &str = "Look at the settings and the inputs of that node, or lo
 /// The same where a change overflows.
 const BROKEN_HINT: &str = "Look at the settings and the inputs of the node that writes it";
 /// The same where fields do not converge.
-const FIELD_HINT: &str =
-    "Loosen its tolerance, raise coupling.iterations, accelerate the iteration by aitken or iqn-ils, or look at the inputs of that row";
+const FIELD_HINT: &str = "Loosen its tolerance, raise coupling.iterations, accelerate the iteration by aitken or iqn-ils, or look at the inputs of that row";
 
 /// Why a run cannot go on.
 #[derive(Debug, Clone, thiserror::Error, PartialEq)]
@@ -271,7 +270,7 @@ impl StepControl {
                     Verdict::Reject if broken => format!("the change of `{field}` is not finite{worst}"),
                     Verdict::Reject => {
                         format!("`{field}` did not converge in {} iterations{worst}{far}", version.iteration)
-                    },
+                    }
                     _ => "it was rejected in the run that is followed".into(),
                 };
                 let factor = if broken { 0.5 } else { decision.factor };

@@ -480,7 +480,8 @@ fn overrides_replace_values_and_change_the_hash() {
     assert_eq!(parse(&format!("# The same.\n{SHORT}"), &[]).hash, plain.hash);
     let [metres, micrometres] = ["2e-6", "2 um"].map(|radius| parse(SHORT, &[("optics.profile.radius", radius)]).hash);
     assert_eq!(metres, micrometres);
-    let others = [("coupling.iterations", "9"), ("seed", "2"), ("coupling.every.optics", "2"), ("thermal.ambient", "{}")];
+    let others =
+        [("coupling.iterations", "9"), ("seed", "2"), ("coupling.every.optics", "2"), ("thermal.ambient", "{}")];
     for (key, value) in others {
         assert_ne!(parse(SHORT, &[(key, value)]).hash, plain.hash, "{key}");
     }
