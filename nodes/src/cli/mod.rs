@@ -17,7 +17,7 @@ pub(crate) use arguments::key_value;
 use arguments::{Command, NodeArguments, OutputArguments, ReplayArguments, RunArguments, SceneArguments};
 use stagger_messages::keys;
 use stagger_recordings::{Recording, Summary as RecordingSummary};
-use stagger_solver::scene::Scene;
+use stagger_solver::{Shown, scene::Scene};
 
 use crate::{
     advise, check, check_json,
@@ -244,7 +244,7 @@ fn coordinate(arguments: &SceneArguments, output: &OutputArguments, resume: Opti
     }
     let lost = summary.recording.as_ref().map_or(0, |recording| recording.lost);
     if !summary.completed {
-        End::Code(MISSING, format!("stopped at t = {:e} s on request", summary.steps.time_s))
+        End::Code(MISSING, format!("stopped at t = {:e} s on request", Shown(summary.steps.time_s)))
     } else if !summary.missing.is_empty() {
         End::Code(MISSING, format!("{} ended without saying what their fields held", summary.missing.join(", ")))
     } else if lost > 0 {
