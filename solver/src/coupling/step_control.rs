@@ -49,8 +49,10 @@ pub enum ControlError {
     },
     /// One step was rejected again and again.
     #[error(
-        "the step from t = {t_s:e} s was rejected {rejections} times, the last with dt = {dt_s:e} s: {what}. {hint}; \
-         coupling.rejections says how often a step may be rejected"
+        "the step from t = {:e} s was rejected {rejections} times, the last with dt = {:e} s: {what}. {hint}; \
+         coupling.rejections says how often a step may be rejected",
+        Shown(*.t_s),
+        Shown(*.dt_s)
     )]
     TooOften {
         /// Start of the window, in s.
