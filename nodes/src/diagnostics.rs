@@ -17,6 +17,5 @@ pub fn note(message: &str) {
 
 #[expect(clippy::print_stderr, reason = "the one place diagnostics are printed")]
 fn tell(kind: &str, message: &str) {
-    // Some of it was said by other programs.
-    eprintln!("{kind}: {}", crate::foreign_text::shown(message));
+    eprintln!("{kind}: {message}");
 }

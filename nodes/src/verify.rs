@@ -329,6 +329,7 @@ impl Replay {
         if let Some(node) = self.solvers.keys().find(|node| !self.inboxes.contains_key(*node)) {
             return Err(no_node(node, self.inboxes.keys()));
         }
+        self.leave_out_replaced();
         let checkpoint = self.from.take().filter(|_| from != Version::INITIAL).unwrap_or_default();
         let snapshot = |node: &str| {
             let sent = |snapshot: &&Snapshot| snapshot.envelope.as_ref().is_some_and(|it| it.sender == node);
@@ -375,6 +376,24 @@ impl Replay {
         }
         self.fields.clone_from(&self.newest);
         Ok(())
+    }
+
+    /// A program in the place of a physics may have read less than that does: what was not sent cannot be frozen.
+    fn leave_out_replaced(&mut self) {
+        for (node, what) in self.result.answered_by.clone() {
+            let Some(Solver::Here(participant)) = self.solvers.get(&node) else { continue };
+            let plan = self.plan.nodes.iter().find(|plan| plan.node == node);
+            let read = |field: &str| plan.is_some_and(|plan| plan.sources.iter().any(|source| source.field == field));
+            let Some(port) = participant.ports().reads.into_iter().find(|port| !read(&port.field)) else { continue };
+            let why = format!(
+                "{what} answered when it was recorded, and did not read `{}` as the physics does; --node {node} --with COMMAND \
+                 has a program answer again",
+                port.field
+            );
+            self.solvers.remove(&node);
+            self.result.answered_by.remove(&node);
+            self.result.unchecked.insert(node, why);
+        }
     }
 
     fn solve(&mut self, envelope: &Envelope, iterate: &Iterate) -> Result<(), VerifyError> {

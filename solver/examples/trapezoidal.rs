@@ -10,9 +10,7 @@ use std::time::Instant;
 
 use stagger_solver::{
     coupling::{Frozen, Physics, Window},
-    physics::particles::{
-        Contact, ContactLaw, FieldForces, Integrator, LeverArm, Material, Particles, Settings, Start,
-    },
+    physics::particles::{Contact, ContactLaw, FieldForces, Integrator, Material, Particles, Settings, Start},
 };
 
 /// How long all run, in critical steps of the start.
@@ -62,7 +60,6 @@ fn settings(side: u32, integrator: Integrator) -> Settings {
         gravity_m_s2: [0.0; 3],
         walls: Vec::new(),
         spin: false,
-        lever_arm: LeverArm::ContactPoint,
         integrator,
         skin: 0.3,
         pours: Vec::new(),

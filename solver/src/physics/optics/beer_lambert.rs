@@ -172,7 +172,7 @@ mod tests {
     fn the_spacing_of_a_narrow_beam_finds_what_falls_on_one_side_of_an_edge() {
         for (profile, most) in [
             (Profile::TopHat { radius_m: 1e-5 }, 0.008),
-            (Profile::Gaussian { radius_m: 1e-5 }, 0.004),
+            (Profile::Gaussian { radius_m: 1e-5 }, 0.005),
             (Profile::Exponential { decay_1_m: 1e5 }, 0.006),
         ] {
             let lines = Lines::new(&profile, profile.sampling_m()).unwrap();

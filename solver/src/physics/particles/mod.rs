@@ -6,8 +6,6 @@ mod blocks;
 mod bodies;
 pub mod bonds;
 mod coming_and_going;
-#[cfg(test)]
-mod conservation_tests;
 mod contact;
 mod contact_list;
 #[cfg(test)]
@@ -18,7 +16,6 @@ mod expectation;
 pub mod fields;
 mod forces;
 mod friction;
-mod gyration;
 mod held;
 mod hertz;
 mod kernel;
@@ -35,6 +32,7 @@ mod pair_kernel;
 mod pair_table;
 mod pistons;
 mod pour;
+mod quadrature;
 mod register;
 mod rolling;
 mod settings;
@@ -49,8 +47,6 @@ mod substep;
 mod tangential_spring;
 mod trapezoidal;
 mod validate;
-#[cfg(test)]
-mod valley_tests;
 mod verlet;
 mod wall_kernel;
 mod wall_list;
@@ -71,7 +67,7 @@ use self::{
     bodies::{Bodies, along_z_curve, cell, sphere_inertia, sphere_mass},
     bonds::{BondModel, Bonds, Spheres},
     coming_and_going::Booked,
-    contact::{Law, Normal as _, Surface},
+    contact::{Law, Surface},
     contact_list::{ContactPorts, Snapshot},
     forces::{At, Evaluator},
     hertz::Hertz,
@@ -89,7 +85,6 @@ use self::{
     substep::TimeScales,
     trapezoidal::Trapezoidal,
 };
-use super::quadrature;
 use crate::{
     SolveError,
     coupling::{Frozen, Physics, Reply, Window},
@@ -157,20 +152,15 @@ impl Particles {
             law,
             surface: Surface {
                 spin: settings.spin,
-                arms_by_radius: settings.lever_arm == LeverArm::Radius,
                 rolls: settings.spin && table.laws().iter().any(|pair| pair.rolling > 0.0 || pair.torsion > 0.0),
                 bond: settings.bond.map(|settings| MonographBond { settings }),
             },
             table,
             softening: settings.materials.iter().map(|material| softening(&settings, material)).collect(),
             gravity: Vec3::from(settings.gravity_m_s2),
-            surfaces: settings.walls.iter().map(|wall| WallSurface::new(&wall.shape, law.power())).collect(),
+            surfaces: settings.walls.iter().map(|wall| WallSurface::new(&wall.shape)).collect(),
             wall_materials,
-            fields: fields::Fields::new(
-                &settings.fields,
-                settings.drag,
-                matches!(settings.integrator, Integrator::Verlet { .. }),
-            )?,
+            fields: fields::Fields::new(&settings.fields, settings.drag)?,
             bonds: settings.bonds.map(BondModel::new).transpose()?,
             start,
             contact_s: f64::INFINITY,
