@@ -155,7 +155,10 @@ fn verify_says_who_answered_and_whom_it_did_not_check() {
     let output = program::stagger(folder.path(), &["verify", "itself.mcap"]);
     let text = program::stdout(&output);
     assert!(output.status.success(), "{text}{}", program::stderr(&output));
-    assert!(text.contains("when it was recorded `sh thermal.sh` answered") && text.contains("no difference\n"), "{text}");
+    assert!(
+        text.contains("when it was recorded `sh thermal.sh` answered") && text.contains("no difference\n"),
+        "{text}"
+    );
     // A node of one's own is not solved again, and that is no `no difference`.
     let own = std::env::current_exe().unwrap();
     let command = format!("[{own:?}, \"--exact\", \"rows_not_checked::as_a_node\", \"--nocapture\"]");

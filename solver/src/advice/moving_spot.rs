@@ -74,7 +74,8 @@ pub(super) fn advise(facts: &Facts<'_>) -> Vec<Advice> {
             "a step takes the mean of the power: the energy is right, but a pulse heats as if it lasted the whole step, and its \
              peak is lost; {step_s:.2e} s follows it"
         );
-        let mut advice = Advice::new("coupling.dt.limit", "step over pulse", over(beam), &meaning, Verdict::Refine, says);
+        let mut advice =
+            Advice::new("coupling.dt.limit", "step over pulse", over(beam), &meaning, Verdict::Refine, says);
         advice.edits = steps(facts, step_s);
         all.push(advice);
     }
