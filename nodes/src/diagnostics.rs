@@ -17,5 +17,6 @@ pub fn note(message: &str) {
 
 #[expect(clippy::print_stderr, reason = "the one place diagnostics are printed")]
 fn tell(kind: &str, message: &str) {
-    eprintln!("{kind}: {message}");
+    // Some of it was said by other programs.
+    eprintln!("{kind}: {}", crate::foreign_text::shown(message));
 }

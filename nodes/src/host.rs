@@ -26,6 +26,9 @@ use crate::{
 
 /// Fields kept until the plan comes; what is left out is sent again with the next one.
 const EARLY_FIELDS: usize = 1000;
+/// How many steps beyond the last one accepted here a field may be of: this node may yet have to hear that one more was
+/// accepted, and of the question about the step after it.
+const AHEAD: u64 = 2;
 /// How long a node waits for the state it is to go on from.
 const RESTORE: Duration = Duration::from_secs(30);
 
@@ -273,8 +276,32 @@ impl Host {
             }
             return;
         }
-        if self.accepts(Some(&received.envelope), false) && !self.inbox.receive(received) {
+        if !self.accepts(Some(&received.envelope), false) {
+            return;
+        }
+        let version = received.envelope.version.unwrap_or_default();
+        if !self.may_be_read(version) || !self.inbox.receive(received) {
             self.refused += 1;
+        }
+    }
+
+    /// Whether a field of that version may be one that this node reads. Nobody goes beyond the start before all are ready.
+    fn may_be_read(&self, version: Version) -> bool {
+        let (from, _, starts) = &self.ready;
+        if *starts { version <= *from } else { version.step <= self.accepted.step.saturating_add(AHEAD) }
+    }
+
+    /// Whether a question is older than one that was answered or is in work, or a plan comes after its questions: somebody
+    /// repeats what was said before.
+    fn is_over(&self, envelope: &Envelope, is_plan: bool) -> bool {
+        let answered = self.answered.as_ref().and_then(|(answered, ..)| answered.version);
+        let pending = self.pending.as_ref().and_then(|(pending, ..)| pending.version);
+        let newest = answered.max(pending).max(self.rested).max(Some(self.accepted));
+        if is_plan {
+            self.epoch == Some(envelope.epoch) && newest > Some(self.ready.0)
+        } else {
+            // What was accepted is over; what was answered or rests may be asked for again.
+            envelope.version <= Some(self.accepted) || envelope.version < newest
         }
     }
 
@@ -303,15 +330,19 @@ impl Host {
             self.hand_over(&envelope)?;
         }
         match directive.task {
+            Some(directive::Task::Plan(_)) if self.is_over(&envelope, true) => self.refused += 1,
             Some(directive::Task::Plan(plan)) => self.start(&envelope, plan)?,
             // It is late: what is over is not solved again.
-            Some(directive::Task::Iterate(_)) if envelope.version <= Some(self.accepted) => self.refused += 1,
+            Some(directive::Task::Iterate(_)) if self.is_over(&envelope, false) => self.refused += 1,
             Some(directive::Task::Iterate(iterate)) => {
+                self.link.asked(iterate.again);
                 if iterate.again {
                     self.answer_again(&envelope)?;
                 }
                 if resting(&self.identity.node, &iterate).is_some() {
                     self.rested = envelope.version;
+                    // An earlier trial that it still waited for was given up.
+                    self.pending.take_if(|(pending, ..)| pending.version < envelope.version);
                 } else if self.answered.as_ref().is_none_or(|(answered, ..)| answered.version != envelope.version) {
                     self.pending = Some((envelope, iterate, Instant::now()));
                 }
@@ -393,6 +424,8 @@ impl Host {
                 return Err(HostError::Start { node: self.identity.node.clone(), message });
             }
             self.accepted = from;
+            (self.ready.0, self.ready.2) = (from, true);
+            (self.pending, self.answered, self.before, self.rested) = (None, None, None, None);
             for arrival in std::mem::take(&mut self.early) {
                 self.receive_field(arrival);
             }
@@ -400,9 +433,7 @@ impl Host {
         // The coordinator asks again until all are ready, so that a reader that came late gets the values too.
         let (version, fields) = self.committed.clone();
         self.publish(&Envelope { version: Some(version), ..envelope.clone() }, &fields, true)?;
-        self.ready.0 = from;
         self.ready.2 = true;
-        (self.pending, self.answered, self.before, self.rested) = (None, None, None, None);
         self.try_ready()
     }
 

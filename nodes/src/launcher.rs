@@ -5,9 +5,9 @@
 
 use std::{
     collections::BTreeMap,
-    os::unix::process::CommandExt as _,
+    os::unix::process::{CommandExt as _, ExitStatusExt as _},
     path::PathBuf,
-    process::{Child, Command, Stdio},
+    process::{Child, Command, ExitStatus, Stdio},
     sync::{
         Arc,
         atomic::{AtomicBool, Ordering},
@@ -15,12 +15,19 @@ use std::{
     time::{Duration, Instant},
 };
 
-use crate::{coordinator::Keeper, last_words::LastWords, roster::Runs};
+use crate::{coordinator::Keeper, diagnostics, last_words::LastWords, roster::Runs, shared_memory};
 
 /// Lines of a node's diagnostics that are kept to explain its end.
 const LAST_LINES: usize = 20;
 /// How long a node that was told to end may take.
 const LEAVE: Duration = Duration::from_secs(5);
+/// How long the diagnostics of a node that has ended are waited for: a process it started may hold them open for ever.
+const LAST_WORDS: Duration = Duration::from_millis(500);
+/// The signal for a file that grows beyond its limit.
+const FILE_TOO_LARGE: i32 = nix::sys::signal::SIGXFSZ as i32;
+/// Exit codes of a start that fails the same way each time: the usage or the scene is wrong (ours, and an interpreter's for a
+/// script it cannot open), a shell's command cannot be run, or is not found.
+const HOPELESS: [i32; 3] = [2, 126, 127];
 /// One thread for everything Zenoh does in a node: fastest at these rates, and its callbacks only enqueue.
 const ONE_THREAD: &str =
     "(app: (worker_threads: 1), rx: (handover: app), tx: (handover: app), acc: (handover: app), net: (handover: app))";
@@ -67,6 +74,9 @@ impl Launcher {
         common: Common,
         interrupted: Arc<AtomicBool>,
     ) -> std::io::Result<Self> {
+        if let Some(why) = shared_memory::why_unusable() {
+            diagnostics::warn(&format!("there is no shared memory ({why}): fields go through the socket, slower"));
+        }
         let mut launcher = Self { workers: BTreeMap::new(), common, interrupted };
         for (name, runs) in nodes {
             let worker = Worker::start(name, runs, &launcher.common)?;
@@ -88,14 +98,17 @@ impl Drop for Launcher {
                 std::thread::sleep(Duration::from_millis(2));
             }
             if !worker.ended() {
-                crate::diagnostics::warn(&format!("node `{name}` did not leave by itself and is ended"));
-                // One that has just ended by itself cannot be killed, which is as good.
-                let _ = worker.child.kill();
-                let _ = worker.child.wait();
-                // A process it started may still hold its diagnostics open: they are not waited for.
-                continue;
+                diagnostics::warn(&format!("node `{name}` did not leave by itself and is ended"));
+                worker.kill();
             }
-            worker.words.wait();
+        }
+        let deadline = Instant::now() + LAST_WORDS;
+        for (name, worker) in &mut self.workers {
+            if !worker.words.wait(deadline.saturating_duration_since(Instant::now())) {
+                diagnostics::note(&format!(
+                    "a process that node `{name}` started lives on and holds its standard error; it is not waited for"
+                ));
+            }
         }
     }
 }
@@ -107,7 +120,7 @@ impl Worker {
             std::io::Error::new(error.kind(), format!("node `{name}`: cannot start {command:?}: {error}"))
         })?;
         let name = name.to_owned();
-        let hear = move |line: &str| crate::diagnostics::note(&format!("[{name}] {line}"));
+        let hear = move |line: &str| diagnostics::note(&format!("[{name}] {line}"));
         let words = LastWords::follow(&mut child, LAST_LINES, hear);
         Ok(Self { runs: runs.clone(), child, words })
     }
@@ -115,6 +128,31 @@ impl Worker {
     fn ended(&mut self) -> bool {
         !matches!(self.child.try_wait(), Ok(None))
     }
+
+    /// How it ended, where it has.
+    fn status(&mut self) -> Option<ExitStatus> {
+        self.child.try_wait().ok().flatten()
+    }
+
+    /// Ends it whatever it does, and with it what stands between it and this process, such as the shell of a command.
+    fn kill(&mut self) {
+        // It leads a group of its own as long as it is there. One that has just ended cannot be killed, which is as good.
+        if !self.ended()
+            && let Ok(group) = i32::try_from(self.child.id())
+        {
+            let _ = nix::sys::signal::killpg(nix::unistd::Pid::from_raw(group), nix::sys::signal::SIGKILL);
+        }
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// How a process ended, in words.
+fn in_words(status: ExitStatus) -> String {
+    if status.signal() == Some(FILE_TOO_LARGE) {
+        return format!("{status}: a file, or shared memory, would have grown beyond the limit that `ulimit -f` shows");
+    }
+    status.to_string()
 }
 
 /// The command that runs a node, with all it is told.
@@ -176,10 +214,8 @@ impl Keeper for Launcher {
         while !worker.ended() && Instant::now() < deadline {
             std::thread::sleep(Duration::from_millis(5));
         }
-        let status = match worker.child.try_wait() {
-            Ok(Some(status)) => status.to_string(),
-            _ => "its process does not answer".into(),
-        };
+        let status = worker.status().map_or_else(|| "its process does not answer".into(), in_words);
+        worker.words.wait(deadline.saturating_duration_since(Instant::now()));
         format!("{status}{}", worker.words.told())
     }
 
@@ -190,11 +226,19 @@ impl Keeper for Launcher {
     fn ended_early(&mut self) -> Option<String> {
         self.workers.iter_mut().find_map(|(name, worker)| worker.ended().then(|| name.clone()))
     }
+
+    fn is_hopeless(&mut self, node: &str, at_start: bool) -> bool {
+        let status = self.workers.get_mut(node).and_then(Worker::status);
+        status.is_some_and(|status| {
+            let usage = status.code().is_some_and(|code| HOPELESS.contains(&code));
+            status.signal() == Some(FILE_TOO_LARGE) || at_start && usage
+        })
+    }
+
     fn restart(&mut self, node: &str) -> Result<(), String> {
         let worker = self.workers.get_mut(node).ok_or("it was not started here")?;
-        // One that is stopped, or hangs, does not end by itself; one that has ended cannot be killed, which is as good.
-        let _ = worker.child.kill();
-        let _ = worker.child.wait();
+        // One that is stopped, or hangs, does not end by itself.
+        worker.kill();
         *worker = Worker::start(node, &worker.runs.clone(), &self.common).map_err(|error| error.to_string())?;
         Ok(())
     }

@@ -1,6 +1,7 @@
 //! The processes of stagger: the Zenoh link, the host of a node, the coordinator, the launcher and the command line.
 
 pub mod advise;
+mod certificates;
 pub mod check;
 pub mod check_json;
 pub mod cli;
@@ -8,12 +9,15 @@ pub mod conformance;
 pub mod coordinator;
 pub mod diagnostics;
 pub mod export;
+mod foreign_text;
 pub mod graph;
 pub mod host;
 pub mod in_process;
+mod interrupt;
 pub mod last_words;
 pub mod launcher;
 pub mod link;
+mod link_words;
 pub mod monitor;
 pub mod new_node;
 pub mod node;
@@ -32,6 +36,8 @@ mod settings;
 mod shared_memory;
 pub mod summary;
 pub mod tradeoff;
+mod turned_away;
 pub mod verify;
 pub mod view;
+pub mod watchdog;
 mod words;

@@ -23,12 +23,14 @@ use zenoh::{
     qos::{CongestionControl, Reliability},
     query::{Query, Queryable},
     sample::{Locality, Sample, SampleKind},
-    shm::{GarbageCollect, PosixShmProviderBackend, ShmProvider, ShmProviderBuilder, ZShm},
+    shm::{GarbageCollect, PosixShmProviderBackend, ShmProvider, ShmProviderBuilder, ZShm, ZShmMut},
 };
 
 use crate::{
+    certificates::{self, CertificateProblem},
+    link_words::{tell_of, why_not, without_places},
     settings::settings,
-    shared_memory::{Pool, Segment},
+    shared_memory::{self, Pool, Segment},
 };
 
 /// Payloads of this many bytes or more go through shared memory; smaller ones cost less in the socket.
@@ -45,6 +47,14 @@ pub enum LinkError {
         /// What is wrong with it.
         message: String,
     },
+    /// Certificates that cannot serve.
+    #[error("cannot {what}: {source}")]
+    Certificate {
+        /// What was tried.
+        what: String,
+        /// What is wrong.
+        source: CertificateProblem,
+    },
     /// A session that does not open, a declaration or a put that fails.
     #[error("cannot {what}: {message}")]
     Zenoh {
@@ -57,7 +67,7 @@ pub enum LinkError {
 
 fn failed(what: impl Into<String>) -> impl FnOnce(zenoh::Error) -> LinkError {
     let what = what.into();
-    move |error| LinkError::Zenoh { what, message: error.to_string() }
+    move |error| LinkError::Zenoh { what, message: without_places(&error.to_string()) }
 }
 
 /// Where in the star a process stands.
@@ -179,15 +189,26 @@ impl Link {
     /// # Errors
     /// The configuration is not valid, or the endpoint cannot be listened on or reached.
     pub fn open(role: &Role, config: Option<&Path>) -> Result<Self, LinkError> {
-        let settings = settings(role, config)?.to_string();
-        let settings = Config::from_json5(&settings).map_err(|error| LinkError::Config {
+        Self::open_as(role, config, None)
+    }
+
+    /// As [`Link::open`], for the member of a run of this name.
+    ///
+    /// # Errors
+    /// As [`Link::open`].
+    pub fn open_as(role: &Role, config: Option<&Path>, name: Option<&str>) -> Result<Self, LinkError> {
+        let verb = if matches!(role, Role::Node { .. }) { "connect to" } else { "listen on" };
+        let what = format!("{verb} {}", role.endpoints());
+        let settings = settings(role, config)?;
+        let problem = |source| LinkError::Certificate { what: what.clone(), source };
+        let shown = certificates::look_at(&settings, role).map_err(problem)?;
+        tell_of(role, &settings, shown.as_ref(), name);
+        let settings = Config::from_json5(&settings.to_string()).map_err(|error| LinkError::Config {
             // Ours alone is valid: what is not comes from the file.
             path: config.unwrap_or(Path::new("built in")).into(),
             message: error.to_string(),
         })?;
-        let verb = if matches!(role, Role::Node { .. }) { "connect to" } else { "listen on" };
-        let what = format!("{verb} {}", role.endpoints());
-        let session = zenoh::open(settings).wait().map_err(failed(what))?;
+        let session = zenoh::open(settings).wait().map_err(failed(what)).map_err(|error| why_not(error, role))?;
         Ok(Self { session, first: Arc::default(), pool: Arc::default(), shares: matches!(role, Role::Node { .. }) })
     }
 
@@ -240,6 +261,12 @@ impl Link {
     /// coordinator where fields are accelerated.
     pub fn share_memory(&self, plan: &Plan) {
         self.pool.share(plan.nodes.len() + 1);
+    }
+
+    /// Says that the nodes were asked for a trial, anew or `again`: what was put into shared memory is asked for again where it
+    /// does not reach its readers, and then goes through the socket.
+    pub fn asked(&self, again: bool) {
+        self.pool.asked(again);
     }
 
     /// Has `receive` called for every message on `key`. It runs on Zenoh's thread: it may enqueue, not put.
@@ -440,19 +467,41 @@ impl Outlet {
 }
 
 /// A segment of the memory that Zenoh's sessions on one host share.
-pub struct SharedMemory(ShmProvider<PosixShmProviderBackend>);
+pub struct SharedMemory {
+    provider: ShmProvider<PosixShmProviderBackend>,
+    /// The files it is in, as far as the system shows them.
+    files: Vec<PathBuf>,
+}
+
+impl SharedMemory {
+    fn allocate(&self, bytes: usize) -> Option<ZShmMut> {
+        self.provider.alloc(bytes).with_policy::<GarbageCollect>().wait().ok()
+    }
+}
 
 impl Segment for SharedMemory {
     type Buffer = ZShm;
 
     fn create(bytes: usize) -> Result<Self, String> {
-        ShmProviderBuilder::default_backend(bytes).wait().map(Self).map_err(|error| error.to_string())
+        shared_memory::has_room(bytes)?;
+        let before = shared_memory::mapped();
+        let words = |error: zenoh::Error| without_places(&error.to_string());
+        let provider = ShmProviderBuilder::default_backend(bytes).wait().map_err(words)?;
+        let mut segment = Self { provider, files: Vec::new() };
+        // With the first allocation of a process Zenoh makes the segment it keeps its books in.
+        drop(segment.allocate(1));
+        segment.files = shared_memory::mapped().into_iter().filter(|file| !before.contains(file)).collect();
+        Ok(segment)
+    }
+
+    fn is_there(&self) -> bool {
+        self.files.iter().all(|file| file.exists())
     }
 
     fn copy(&self, payload: &[u8]) -> Option<ZShm> {
         // Before, not only when it is full: memory that was used is warm.
-        self.0.garbage_collect();
-        let mut buffer = self.0.alloc(payload.len()).with_policy::<GarbageCollect>().wait().ok()?;
+        self.provider.garbage_collect();
+        let mut buffer = self.allocate(payload.len())?;
         buffer.as_mut().copy_from_slice(payload);
         Some(buffer.into())
     }

@@ -1,7 +1,6 @@
 //! `stagger node`: one physics of a scene as a process of its own.
 
 use std::{
-    io::Read as _,
     path::{Path, PathBuf},
     time::Duration,
 };
@@ -14,6 +13,7 @@ use crate::{
     link::{Link, LinkError, Role},
     replayed::{Replayed, ReplayedError},
     roster::{RosterError, participant},
+    watchdog,
 };
 
 /// How long a node whose run has ended stays for the coordinator to have heard it.
@@ -80,10 +80,11 @@ pub fn run(scene: &Scene, options: &Options) -> Result<NodeEnd, NodeError> {
         None => participant(scene, &options.name, &options.kind)?,
     };
     let identity = Identity { run: options.run.clone(), node: options.name.clone(), scene_hash: scene.hash };
-    take_part(participant, identity, &options.connect, options.config.as_deref(), options.child)
+    take_part(participant, identity, &options.connect, options.config.as_deref())
 }
 
-/// Connects `participant` to the hub and hosts it until its run ends, or, for a child, until its parent is gone.
+/// Connects `participant` to the hub and hosts it until its run ends, or until the parent that [`watchdog::start`] was
+/// told of is gone.
 ///
 /// # Errors
 /// It cannot be connected, or it fails.
@@ -92,23 +93,20 @@ pub fn take_part(
     identity: Identity,
     connect: &str,
     config: Option<&Path>,
-    child: bool,
 ) -> Result<NodeEnd, NodeError> {
-    let link = Link::open(&Role::Node { connect: connect.into() }, config)?;
+    let link = Link::open_as(&Role::Node { connect: connect.into() }, config, Some(&identity.node))?;
     let run = identity.run.clone();
     let host = Host::new(&link, identity, participant)?;
-    if child {
-        let to_host = host.sender();
-        std::thread::spawn(move || {
-            // Nothing is ever written to this pipe: its end, or an error on it, is the parent's end.
-            let _ = std::io::stdin().read(&mut [0]);
-            let _ = to_host.send(Event::Abandoned);
-        });
-    }
+    let to_host = host.sender();
+    watchdog::on_parent_gone(move || {
+        // A host that has ended needs no more events.
+        let _ = to_host.send(Event::Abandoned);
+    });
     // A QUIC link that closes drops what has not arrived yet: the coordinator, once it has heard all, leaves first.
     let (leaves, left) = std::sync::mpsc::channel();
     let _coordinator = link.watch(&keys::live(&run, "coordinator", "*"), move |_, alive| {
         if !alive {
+            watchdog::coordinator_gone();
             // A node that no longer waits has left itself.
             let _ = leaves.send(());
         }

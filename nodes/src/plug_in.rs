@@ -11,7 +11,7 @@ use stagger_solver::{
     scene::Scene,
 };
 
-use crate::{diagnostics, host::Identity, node, scene_files};
+use crate::{diagnostics, host::Identity, node, scene_files, watchdog};
 
 /// Exit codes beside 0, done: 1 failed, 2 usage or bad scene.
 const FAILED: u8 = 1;
@@ -141,6 +141,10 @@ impl Setup {
 /// on stderr.
 #[must_use]
 pub fn main<P: Physics + 'static>(build: impl FnOnce(&Setup) -> Result<P, Box<dyn Error>>) -> ExitCode {
+    // Before anything that may take its time, and needs to be ended with the run.
+    if let Err(error) = watchdog::start(std::env::var_os("STAGGER_RUN").is_some()) {
+        return ended(FAILED, &format!("cannot watch for the end of the run: {error}"));
+    }
     let ready = Setup::read().and_then(|setup| Ok((setup.scene_hash()?, setup)));
     let (scene_hash, setup) = match ready {
         Ok(ready) => ready,
@@ -158,7 +162,7 @@ pub fn main<P: Physics + 'static>(build: impl FnOnce(&Setup) -> Result<P, Box<dy
     let participant = Box::new(Local::new(setup.node.clone(), physics));
     let identity = Identity { run: setup.run.clone(), node: setup.node.clone(), scene_hash };
     let child = setup.parent.is_some();
-    let end = node::take_part(participant, identity, &setup.connect, setup.config.as_deref(), child);
+    let end = node::take_part(participant, identity, &setup.connect, setup.config.as_deref());
     match node::told(end, &setup.node, child) {
         Ok(()) => ExitCode::SUCCESS,
         Err(None) => ExitCode::from(FAILED),

@@ -49,7 +49,9 @@ pub fn gather(
     loop {
         let begun = Instant::now();
         match remote.gather(scene.hash, patience) {
-            Err(RunError::Lost { node, at, last_words }) if may_restart(scene, restarts) => {
+            Err(RunError::Lost { node, at, last_words })
+                if may_restart(scene, restarts) && !remote.is_hopeless(&node, true) =>
+            {
                 tell(&node, &at, &last_words, "it is started again");
                 remote.revive(&node)?;
                 let outage_s = begun.elapsed().as_secs_f64();
@@ -99,7 +101,7 @@ pub fn conduct(
             }
             _ => return Err(error),
         };
-        if !may_restart(scene, restarts) {
+        if !may_restart(scene, restarts) || remote.is_hopeless(&node, false) {
             return Err(error);
         }
         since = Some(Instant::now());
@@ -132,7 +134,14 @@ fn course(
     let saved = match remote.last_checkpoint() {
         Some((version, checkpoint)) => {
             plan.from = Some(version);
-            Some(course.restore(&checkpoint.coordinator)?)
+            let saved = course.restore(&checkpoint.coordinator)?;
+            let committed = course.control.committed();
+            if committed != version {
+                let contradiction =
+                    format!("the checkpoint is of {version}, but the step control in it had reached {committed}");
+                return Err(SolveError::Mismatch(contradiction).into());
+            }
+            Some(saved)
         }
         None => None,
     };

@@ -8,6 +8,7 @@ use std::{
 
 use stagger_messages::keys;
 use stagger_recordings::{Body, Message, Recording, RecordingError};
+use stagger_solver::Shown;
 
 use crate::link::{Link, LinkError, Outlet};
 
@@ -76,7 +77,10 @@ pub fn replay(recording: &Recording, link: &Link, pace: &Pace, going: &dyn Fn() 
             }
         }
         if pace.step && at_step > step {
-            crate::diagnostics::note(&format!("step {at_step}, t = {:e} s: press Enter", t_s.unwrap_or_default()));
+            crate::diagnostics::note(&format!(
+                "step {at_step}, t = {:e} s: press Enter",
+                Shown(t_s.unwrap_or_default())
+            ));
             // A closed standard input can press no more keys: the rest follows without waiting.
             let _ = std::io::stdin().lock().read_line(&mut String::new());
             step = at_step;

@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use stagger_messages::Checkpoint;
+use stagger_messages::{Checkpoint, FieldMessage};
 use stagger_recordings::{Recording, RecordingError};
 use stagger_solver::scene::Scene;
 
@@ -42,6 +42,18 @@ pub enum ResumeError {
         given: u64,
         /// The first values that differ, in words; empty where none are known.
         difference: String,
+    },
+    /// Its checkpoint says two things of itself.
+    #[error(
+        "--resume {}: its checkpoint contradicts itself: {contradiction}; it was damaged or changed after it was recorded: \
+         go on from an earlier one with --resume {}@STEP",
+        .file.display(), .file.display()
+    )]
+    Contradiction {
+        /// The file.
+        file: PathBuf,
+        /// What does not fit.
+        contradiction: String,
     },
     /// It has no checkpoint to go on from.
     #[error("--resume {}: it has no checkpoint {wanted}: recovery.checkpoint of the scene says how often one is taken", .file.display())]
@@ -97,6 +109,87 @@ pub fn resume(text: &str, scene: &Scene) -> Result<(Checkpoint, u64), ResumeErro
     let checkpoint = recording.checkpoint(step).map_err(failed)?;
     let wanted = step.map_or("at all".to_owned(), |step| format!("at or before step {step}"));
     let checkpoint = checkpoint.ok_or(ResumeError::NoCheckpoint { file: file.into(), wanted })?;
+    if let Some(contradiction) = contradiction(&checkpoint) {
+        return Err(ResumeError::Contradiction { file: file.into(), contradiction });
+    }
     let step = checkpoint.version().step;
     Ok((checkpoint, step))
+}
+
+/// What a checkpoint says that cannot be so beside the rest of it; nodes would wait for ever for what it promises.
+fn contradiction(checkpoint: &Checkpoint) -> Option<String> {
+    let Some(version) = checkpoint.envelope.as_ref().and_then(|envelope| envelope.version) else {
+        return Some("it does not say which step it is of".into());
+    };
+    let mut names = BTreeSet::new();
+    for snapshot in &checkpoint.nodes {
+        let Some(envelope) = &snapshot.envelope else { return Some("a state in it is of no node".into()) };
+        let node = &envelope.sender;
+        if !names.insert(node) {
+            return Some(format!("it has two states of `{node}`"));
+        }
+        if envelope.version != Some(version) {
+            let at = envelope.version.map_or("no step".into(), |at| at.to_string());
+            return Some(format!("it is of {version}, but the state of `{node}` is of {at}"));
+        }
+        let committed = snapshot.committed.unwrap_or_default();
+        if committed > version {
+            return Some(format!("it is of {version}, but `{node}` had committed {committed}"));
+        }
+        let at =
+            |field: &FieldMessage| field.envelope.as_ref().and_then(|envelope| envelope.version).unwrap_or_default();
+        if let Some(at) = snapshot.fields.iter().chain(&snapshot.frozen).map(at).find(|at| *at > version) {
+            return Some(format!("it is of {version}, but `{node}` holds a field of {at}"));
+        }
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use stagger_messages::{Envelope, Snapshot, Version};
+
+    use super::*;
+
+    fn about(sender: &str, step: u64) -> Option<Envelope> {
+        Some(Envelope { sender: sender.into(), version: Some(Version::first(step)), ..Envelope::default() })
+    }
+
+    fn state(node: &str, step: u64, committed: u64) -> Snapshot {
+        let field = FieldMessage { envelope: about(node, committed), ..FieldMessage::default() };
+        let frozen = FieldMessage { envelope: about("other", 3), ..FieldMessage::default() };
+        Snapshot {
+            envelope: about(node, step),
+            committed: Some(Version::first(committed)),
+            state: Vec::new(),
+            fields: vec![field],
+            frozen: vec![frozen],
+        }
+    }
+
+    #[test]
+    fn a_checkpoint_that_contradicts_itself_is_told_from_one_with_a_slower_node() {
+        let right = Checkpoint {
+            envelope: about("coordinator", 10),
+            coordinator: Vec::new(),
+            nodes: vec![state("a", 10, 10), state("slower", 10, 8)],
+        };
+        assert_eq!(contradiction(&right), None);
+        let told = |change: fn(&mut Checkpoint)| {
+            let mut wrong = right.clone();
+            change(&mut wrong);
+            contradiction(&wrong).unwrap()
+        };
+        let of_many = told(|it| it.envelope = about("coordinator", 1_000_000));
+        assert!(of_many.contains("step 1000000") && of_many.contains("the state of `a` is of step 10"), "{of_many}");
+        assert!(told(|it| it.envelope = None).contains("does not say"));
+        let attempt = |it: &mut Checkpoint| {
+            it.nodes[0].committed = Some(Version { attempt: u32::MAX, ..Version::first(10) });
+        };
+        assert!(told(attempt).contains("`a` had committed"));
+        assert!(told(|it| it.nodes[1] = state("a", 10, 10)).contains("two states of `a`"));
+        assert!(told(|it| it.nodes[0].fields[0].envelope = about("a", 11)).contains("holds a field of step 11"));
+        assert!(told(|it| it.nodes[0].frozen[0].envelope = about("a", 99)).contains("holds a field of step 99"));
+        assert!(told(|it| it.nodes[0].envelope = None).contains("of no node"));
+    }
 }

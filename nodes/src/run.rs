@@ -14,7 +14,7 @@ use stagger_messages::{Checkpoint, Manifest, keys};
 use stagger_recordings::{Exchange, Level, Recorder, RecorderOptions, RecordingError, RunInfo};
 use stagger_solver::{
     coupling::Participant,
-    coupling::{End, Ensemble as _, Precedent},
+    coupling::{COORDINATOR, End, Ensemble as _, Precedent},
     scene::{self, Scene},
 };
 
@@ -29,6 +29,7 @@ use crate::{
     recovery::{self, Restart},
     replayed::{Replayed, ReplayedError, Replays},
     roster::{RosterError, Runs, participant, roster},
+    shared_memory,
     summary::{self, FinalField, Recorded, Summary},
     view,
 };
@@ -123,7 +124,8 @@ pub fn run(scene: &Scene, options: Options, interrupted: &Arc<AtomicBool>) -> Re
             (Role::Hub { listen: vec![endpoint.name.clone()] }, Some(endpoint))
         }
     };
-    let link = Link::open(&role, options.config.as_deref())?;
+    let own_name = matches!(role, Role::Node { .. }).then_some(COORDINATOR);
+    let link = Link::open_as(&role, options.config.as_deref(), own_name)?;
     if matches!(role, Role::Node { .. }) && !link.ask(&keys::manifest(&run, "coordinator"), TAKEN)?.is_empty() {
         return Err(Failed::Taken(run));
     }
@@ -188,12 +190,16 @@ pub fn run(scene: &Scene, options: Options, interrupted: &Arc<AtomicBool>) -> Re
     let fields = remote.final_fields();
     let (refused, missing) = (remote.refused(), remote.without_farewell());
     drop(remote);
-    drop(keeper);
+    // All has been heard: the file is whole before anything that may take its time.
     let waited = monitor.pace.as_ref().map_or(Duration::ZERO, |pace| pace.waited);
     let recording = records.finish(waited);
+    drop(keeper);
     let closed = link.close();
     let end = ended?;
-    closed?;
+    if let Err(error) = closed {
+        // A reader that takes nothing, such as a stopped viewer: the run is complete without it.
+        diagnostics::warn(&format!("{error}: a reader of the run does not answer; nothing of the run is missing"));
+    }
     Ok(Summary {
         format: summary::FORMAT,
         run,
@@ -385,10 +391,14 @@ impl Records {
                 std::fs::create_dir_all(folder).map_err(io(what.clone()))?;
             }
             let file = std::fs::File::create(path).map_err(io(what))?;
+            // The limit holds for files, not for pipes.
+            let regular = file.metadata().is_ok_and(|about| about.is_file());
+            let largest_bytes = shared_memory::largest_file_bytes().filter(|_| regular);
+            let recorder_options = RecorderOptions { largest_bytes, ..recorder_options };
             records.file = Some((path.clone(), Recorder::create(file, info, recorder_options)?));
         }
         if let Some(bridge) = &options.view {
-            records.viewer = Some(view::Stream::start(bridge, info, &[])?);
+            records.viewer = Some(view::Stream::start(bridge, info, &[], false)?);
         }
         let file = records.file.as_ref().map(|(_, recorder)| recorder.sender());
         let viewer = records.viewer.as_ref().map(view::Stream::sender);

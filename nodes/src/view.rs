@@ -91,16 +91,16 @@ pub struct Stream {
 }
 
 impl Stream {
-    /// Starts the bridge and describes the run to it.
+    /// Starts the bridge and describes the run to it, which may be `joined` on its way.
     ///
     /// # Errors
     /// The bridge cannot be started, or takes nothing.
-    pub fn start(bridge: &Path, info: &RunInfo, arguments: &[String]) -> Result<Self, ViewError> {
+    pub fn start(bridge: &Path, info: &RunInfo, arguments: &[String], joined: bool) -> Result<Self, ViewError> {
         let mut child = Command::new(bridge).arg("-").args(arguments).stdin(Stdio::piped()).spawn()?;
         let output = child.stdin.take().ok_or(io::ErrorKind::BrokenPipe).map_err(io::Error::from)?;
         let (child, writing) = (Arc::new(Mutex::new(child)), Arc::new(Mutex::new(None)));
         let pipe = Pipe { output, writing: Arc::clone(&writing) };
-        let recorder = Recorder::create(pipe, info, RecorderOptions::default())?;
+        let recorder = Recorder::create(pipe, info, RecorderOptions { joined, ..RecorderOptions::default() })?;
         let over = Arc::new(AtomicBool::new(false));
         let watched = (Arc::clone(&child), Arc::clone(&over));
         let watch = std::thread::Builder::new().name("viewer".into()).spawn(move || {
@@ -237,7 +237,7 @@ pub fn live(bridge: &Path, run: &str, arguments: &[String]) -> Result<ExitStatus
     let link = Link::open(&Role::Node { connect: socket(&folder) }, None)?;
     let about = link.ask(&keys::manifest(run, "coordinator"), PATIENCE)?;
     let info: RunInfo = serde_json::from_slice(&about.first().ok_or(ViewError::Nothing)?.payload)?;
-    let stream = Stream::start(bridge, &info, arguments)?;
+    let stream = Stream::start(bridge, &info, arguments, true)?;
     let (tell, ended) = channel();
     let closed = tell.clone();
     let everything = follow(&link, run, stream.sender(), move || {

@@ -27,8 +27,11 @@ use crate::{RecordingError, display};
 const CHUNK_BYTES: u64 = 4 << 20;
 /// No record of ours comes near this; a longer one is damage, and is not allocated for.
 const RECORD_LIMIT_BYTES: usize = i32::MAX as usize;
-/// Bytes of messages that wait for their chunk's checksum; ours are far smaller, those of other programs are let through.
+/// Bytes of messages that wait for their chunk's checksum, with what holding them costs; our chunks are far smaller, what is
+/// beyond this of those of other programs is let through.
 const UNPROVEN_BYTES: usize = 256 << 20;
+/// What one event costs beside its data, in bytes: itself, its place in two queues that grow by doubling, and an allocation.
+const EVENT_BYTES: usize = 4 * size_of::<Event>() + 32;
 /// Bytes asked of the input at once, so that a damaged length cannot make the reader allocate more than there is.
 const READ_BYTES: usize = 1 << 20;
 /// The encoding of schemas and messages.
@@ -195,7 +198,9 @@ impl<R: Read> ContainerReader<R> {
                     }
                     let record = mcap::parse_record(opcode, data).map_err(damaged)?;
                     let event = Self::event(&mut self.schemas, &mut self.channels, record);
-                    self.unproven_bytes += data.len();
+                    if event.is_some() {
+                        self.unproven_bytes += EVENT_BYTES + data.len();
+                    }
                     self.unproven.extend(event);
                 }
                 // What does not stand in a chunk comes after the checksum of the chunk before.
@@ -212,7 +217,12 @@ impl<R: Read> ContainerReader<R> {
 
     fn prove(&mut self) {
         self.unproven_bytes = 0;
-        self.proven.extend(self.unproven.drain(..));
+        // As it is, not one by one: the memory of the other is given back.
+        if self.proven.is_empty() {
+            self.proven = std::mem::take(&mut self.unproven).into();
+        } else {
+            self.proven.extend(self.unproven.drain(..));
+        }
     }
 
     fn event(

@@ -12,7 +12,7 @@ use crate::{
     Body, ControlKind, Exchange, Level, Recorded, RecorderOptions, RecordingError, RunInfo,
     container::ContainerWriter,
     display::Display,
-    membership::Membership,
+    membership::{Membership, Numbering},
     recording::{END, FILE, RUN, SCENE},
     thinning::{Piece, Thinning},
 };
@@ -28,20 +28,20 @@ pub(crate) struct Journal<W: Write> {
     /// The fields to keep, where not all are.
     fields: Option<BTreeSet<String>>,
     display: Option<Display>,
-    senders: BTreeMap<(String, u32), Numbering>,
+    /// The senders of the epoch under way.
+    senders: BTreeMap<String, Numbering>,
+    /// Messages of this epoch that were missing when the last checkpoint was taken.
+    missing_then: u64,
+    /// Messages of earlier epochs that are missing and were not sent again in a later one.
+    missing_before: u64,
+    /// Whether numbers may begin anywhere.
+    joined: bool,
     /// What is in the file of each version, and the epoch it came in.
     seen: BTreeMap<Version, BTreeMap<String, u32>>,
     /// Whether what was seen is kept until the next checkpoint.
     checkpoints: bool,
     log_ns: u64,
     recorded: Recorded,
-}
-
-/// What came of one sender's numbered messages.
-#[derive(Default)]
-struct Numbering {
-    received: u64,
-    highest: u64,
 }
 
 impl<W: Write> Journal<W> {
@@ -57,11 +57,14 @@ impl<W: Write> Journal<W> {
         let thin = options.level == Level::Accepted || options.every > 1;
         Ok(Self {
             container,
-            membership: Membership::new(&info.run),
+            membership: Membership::new(&info.run, !options.joined),
             thinning: thin.then(|| Thinning::new(options.every)),
             fields: options.fields.clone(),
             display: options.frame_period_s.map(|period_s| Display::new(info, period_s)),
             senders: BTreeMap::new(),
+            missing_then: 0,
+            missing_before: 0,
+            joined: options.joined,
             seen: BTreeMap::new(),
             checkpoints: options.checkpoints,
             log_ns: 0,
@@ -85,8 +88,9 @@ impl<W: Write> Journal<W> {
     ) -> Result<(), RecordingError> {
         let Some(header) = self.decoded(codec::decode::<FieldMessage>("field", attachment)) else { return Ok(()) };
         let received = codec::decode_field(attachment, payload.clone()).ok();
-        let own =
-            header.envelope.clone().filter(|envelope| received.is_some() && self.membership.admits(&topic, envelope));
+        let own = header.envelope.clone().filter(|envelope| {
+            received.is_some() && self.membership.admits(&topic, envelope) && self.is_next(envelope)
+        });
         let Some((envelope, version)) = own.and_then(|envelope| Some((envelope.clone(), envelope.version?))) else {
             self.recorded.refused += 1;
             return Ok(());
@@ -140,6 +144,8 @@ impl<W: Write> Journal<W> {
                     return Ok(());
                 }
                 self.seen = self.seen.split_off(&checkpoint.version());
+                // Every node had sent its state, and so all that led to it, when this was put together.
+                self.missing_then = self.missing_now();
                 ("Checkpoint", checkpoint.envelope.map_or(0.0, |envelope| envelope.t_s), None)
             }
             ControlKind::Report => {
@@ -147,7 +153,7 @@ impl<W: Write> Journal<W> {
                 // A failure is news even where a reply to the same trial came before.
                 let repeatable = !matches!(report.body, Some(report::Body::Failure(_)));
                 let envelope = report.envelope.clone().unwrap_or_default();
-                if !self.admitted(self.membership.admits(&topic, &envelope)) {
+                if !self.admitted(self.membership.admits(&topic, &envelope) && self.is_next(&envelope)) {
                     return Ok(());
                 }
                 self.count(&envelope);
@@ -162,9 +168,14 @@ impl<W: Write> Journal<W> {
             ControlKind::Directive => {
                 let decoded = self.decoded(codec::decode::<Directive>("directive", message));
                 let Some(directive) = decoded else { return Ok(()) };
-                let own = self.membership.admits_directive(&topic, &directive);
-                if !self.admitted(own) {
+                let envelope = directive.envelope.clone().unwrap_or_default();
+                let next = self.is_next(&envelope);
+                let begins = if next { self.membership.admits_directive(&topic, &directive) } else { None };
+                if !self.admitted(begins.is_some()) {
                     return Ok(());
+                }
+                if begins == Some(true) {
+                    self.begin_epoch();
                 }
                 if let Some(envelope) = &directive.envelope {
                     self.count(envelope);
@@ -230,10 +241,24 @@ impl<W: Write> Journal<W> {
         own
     }
 
+    /// Whether a message may have its number; each epoch has its own.
+    fn is_next(&self, envelope: &Envelope) -> bool {
+        let known = self.senders.get(&envelope.sender).filter(|_| !self.membership.is_later(envelope));
+        self.joined || known.copied().unwrap_or_default().admits(envelope.sequence)
+    }
+
     fn count(&mut self, envelope: &Envelope) {
-        let numbering = self.senders.entry((envelope.sender.clone(), envelope.epoch)).or_default();
-        numbering.received += 1;
-        numbering.highest = numbering.highest.max(envelope.sequence);
+        self.senders.entry(envelope.sender.clone()).or_default().count(envelope.sequence);
+    }
+
+    fn missing_now(&self) -> u64 {
+        self.senders.values().map(Numbering::missing).fold(0, u64::saturating_add)
+    }
+
+    /// All is solved, and sent, again from the last checkpoint on: what was missing of that is here, or is missing anew.
+    fn begin_epoch(&mut self) {
+        self.missing_before = self.missing_before.saturating_add(std::mem::take(&mut self.missing_then));
+        self.senders.clear();
     }
 
     /// Whether this is the first message about its subject at that version: a reply that is sent again, or solved again
@@ -275,9 +300,7 @@ impl<W: Write> Journal<W> {
         for piece in self.thinning.take().map(|mut thinning| thinning.finish()).unwrap_or_default() {
             self.piece(&piece)?;
         }
-        // Numbers count from 0 without a gap: highest + 1 messages were sent.
-        let missing = |it: &Numbering| it.highest.saturating_add(1).saturating_sub(it.received);
-        self.recorded.lost = self.senders.values().map(missing).sum();
+        self.recorded.lost = self.missing_before.saturating_add(self.missing_now());
         let end = [("messages", self.recorded.messages), ("lost", self.recorded.lost)];
         let end = end.map(|(key, value)| (key.to_owned(), value.to_string()));
         self.container.metadata(END, end.into())?;

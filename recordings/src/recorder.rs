@@ -50,6 +50,10 @@ pub struct RecorderOptions {
     pub queue_bytes: usize,
     /// How long the output may take nothing before it is given up.
     pub patience: Duration,
+    /// How large the output may become, in bytes, where the system ends a process that writes more.
+    pub largest_bytes: Option<u64>,
+    /// Whether the run was on its way when it began to be heard: epoch and version may then be any that follow.
+    pub joined: bool,
 }
 
 impl Default for RecorderOptions {
@@ -62,6 +66,8 @@ impl Default for RecorderOptions {
             frame_period_s: None,
             queue_bytes: 256 << 20,
             patience: Duration::from_secs(30),
+            largest_bytes: None,
+            joined: false,
         }
     }
 }
@@ -139,7 +145,8 @@ pub struct Recorded {
     pub display_bytes: u64,
     /// Size of the file.
     pub file_bytes: u64,
-    /// Messages that were sent but never reached the recorder, from gaps in the senders' numbering.
+    /// Messages that were sent but never reached the recorder, from gaps in the senders' numbering; those of an epoch that
+    /// is over only up to the checkpoint from which all was solved, and sent, again.
     pub lost: u64,
     /// Messages that could not be decoded or are not this run's own, and are not in the file.
     pub refused: u64,
@@ -233,7 +240,7 @@ impl Recorder {
         options: RecorderOptions,
     ) -> Result<Self, RecordingError> {
         let bytes = Arc::new(AtomicU64::new(0));
-        let output = Counted { output, bytes: Arc::clone(&bytes) };
+        let output = Counted { output, bytes: Arc::clone(&bytes), largest: options.largest_bytes.unwrap_or(u64::MAX) };
         let mut journal = Journal::create(output, info, &options)?;
         let shared = Arc::new(Shared {
             queue: Queue::new(options.queue_bytes),
@@ -369,11 +376,18 @@ fn drain<W: Write>(queue: &Queue<(Exchange, u64)>, journal: &mut Journal<W>) -> 
 struct Counted<W> {
     output: W,
     bytes: Arc<AtomicU64>,
+    largest: u64,
 }
 
 impl<W: Write> Write for Counted<W> {
     fn write(&mut self, buffer: &[u8]) -> std::io::Result<usize> {
-        let written = self.output.write(buffer)?;
+        let room = self.largest.saturating_sub(self.bytes.load(Ordering::Relaxed));
+        if room == 0 && !buffer.is_empty() {
+            let limit = format!("it would grow beyond the {} bytes that a file may have (`ulimit -f`)", self.largest);
+            return Err(std::io::Error::new(std::io::ErrorKind::FileTooLarge, limit));
+        }
+        let allowed = usize::try_from(room).map_or(buffer.len(), |room| room.min(buffer.len()));
+        let written = self.output.write(&buffer[..allowed])?;
         self.bytes.fetch_add(written as u64, Ordering::Relaxed);
         Ok(written)
     }

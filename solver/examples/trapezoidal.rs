@@ -10,7 +10,9 @@ use std::time::Instant;
 
 use stagger_solver::{
     coupling::{Frozen, Physics, Window},
-    physics::particles::{Contact, ContactLaw, FieldForces, Integrator, Material, Particles, Settings, Start},
+    physics::particles::{
+        Contact, ContactLaw, FieldForces, Integrator, LeverArm, Material, Particles, Settings, Start,
+    },
 };
 
 /// How long all run, in critical steps of the start.
@@ -60,6 +62,7 @@ fn settings(side: u32, integrator: Integrator) -> Settings {
         gravity_m_s2: [0.0; 3],
         walls: Vec::new(),
         spin: false,
+        lever_arm: LeverArm::ContactPoint,
         integrator,
         skin: 0.3,
         pours: Vec::new(),

@@ -9,5 +9,7 @@ mod error;
 pub mod math;
 pub mod physics;
 pub mod scene;
+mod shown;
 
 pub use error::SolveError;
+pub use shown::Shown;

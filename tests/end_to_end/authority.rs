@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use rcgen::{
     BasicConstraints, Certificate, CertificateParams, CertifiedIssuer, DnType, ExtendedKeyUsagePurpose, IsCa, KeyPair,
-    KeyUsagePurpose,
+    KeyUsagePurpose, date_time_ymd,
 };
 
 /// Who signs the certificates of a run's members.
@@ -24,6 +24,22 @@ impl Authority {
         let mut params = named("hub", vec!["127.0.0.1".into()]);
         params.extended_key_usages = vec![ExtendedKeyUsagePurpose::ServerAuth];
         self.sign(folder, params, self, "hub.json5")
+    }
+
+    /// The same with a certificate that has ended with a year.
+    pub fn hub_until(&self, folder: &Path, year: i32) -> PathBuf {
+        let mut params = named("hub", vec!["127.0.0.1".into()]);
+        params.extended_key_usages = vec![ExtendedKeyUsagePurpose::ServerAuth];
+        until(&mut params, year);
+        self.sign(folder, params, self, "hub.json5")
+    }
+
+    /// A process that connects, with a certificate that has ended with a year.
+    pub fn member_until(&self, folder: &Path, name: &str, year: i32) -> PathBuf {
+        let mut params = named(name, vec![]);
+        params.extended_key_usages = vec![ExtendedKeyUsagePurpose::ClientAuth];
+        until(&mut params, year);
+        self.sign(folder, params, self, "member.json5")
     }
 
     /// The folder of a process that connects.
@@ -64,6 +80,11 @@ impl Authority {
         std::fs::copy(documented, &to).unwrap();
         to
     }
+}
+
+fn until(params: &mut CertificateParams, year: i32) {
+    params.not_before = date_time_ymd(year - 1, 1, 1);
+    params.not_after = date_time_ymd(year, 12, 31);
 }
 
 fn named(name: &str, hosts: Vec<String>) -> CertificateParams {

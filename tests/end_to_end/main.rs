@@ -6,6 +6,7 @@
 mod authority;
 mod bad_runs;
 mod by_hand;
+mod certificates;
 mod commands;
 mod current;
 mod damage;

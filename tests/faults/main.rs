@@ -5,6 +5,9 @@
 // Helpers of tests are not tests to clippy's `allow-unwrap-in-tests`.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+#[path = "../end_to_end/program.rs"]
+#[allow(dead_code)] // Each of the two needs a part of it.
+mod place;
 mod program;
 
 mod angular_momentum;
@@ -20,11 +23,13 @@ mod mesh_floor;
 mod narrow_beam;
 mod output_over_input;
 mod peak_temperature;
+mod plug_ins;
 mod rejections;
 mod restitution_phase;
 mod rotating_wall;
 mod rows_not_checked;
 mod same_scene;
+mod scarce_memory;
 mod shallow_valley;
 mod shell_limits;
 mod stl_dialects;

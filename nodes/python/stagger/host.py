@@ -34,6 +34,8 @@ from .messages import (
 from .trial import Answer, Fields, NotFinite, Refused, Trials
 
 EARLY_FIELDS = 1000
+AHEAD = 2
+"""How many steps beyond the last one accepted here a field may be of: one more may have been accepted meanwhile."""
 """Fields kept until the plan that says whose they are; what is left out is sent again with the next plan."""
 _RESTORE_S = 30.0
 """How long a node waits for the state it is to go on from."""
@@ -180,10 +182,23 @@ class Host:
         except Exception:  # Whatever a stranger sends must not end the node: protobuf has errors of its own.
             self.refused += 1
             return
-        if not self._inbox.reads(envelope.sender, received.name):
+        if not self._may_be_read(Version.of(envelope.version)) or not self._inbox.reads(envelope.sender, received.name):
             self.refused += 1
             return
         self._inbox.store(received)
+
+    def _may_be_read(self, version: Version) -> bool:
+        """Whether a field of that version may be one this node reads: nobody goes beyond the start before all are ready."""
+        if self._ready:
+            return version <= self._from
+        return version.step <= self._accepted.step + AHEAD
+
+    def _newest_version(self) -> Version:
+        """The newest version that was accepted, answered, is in work or rests."""
+        asked = [self._accepted]
+        asked += [Version.of(given[0].version) for given in (self._answered, self._pending) if given is not None]
+        asked += [self._rested] if self._rested is not None else []
+        return max(asked)
 
     def _receive_directive(self, event: Event) -> End | None:
         try:
@@ -196,6 +211,10 @@ class Host:
         new = task == "plan" or (task == "stop" and self._epoch is None)
         current = envelope.epoch == self._epoch or (new and envelope.epoch >= (self._epoch or 0))
         if task is None or not self._belongs(envelope) or envelope.sender != COORDINATOR or not current:
+            self.refused += 1
+            return None
+        if task == "plan" and envelope.epoch == self._epoch and self._newest_version() > self._from:
+            # Somebody repeats what was said before: the questions of this epoch have begun.
             self.refused += 1
             return None
         if directive.HasField("decision") and envelope.epoch == self._epoch:
@@ -226,13 +245,13 @@ class Host:
                     self._committed = (INITIAL, fields)
                 else:
                     self._restore()
-            self._accepted = self._from
+            self._accepted, self._ready = self._from, True
+            self._pending = self._answered = self._before = self._rested = None
             early, self._early = self._early, []
             for event in early:
                 self._receive_field(event)
         # The coordinator asks again until all are ready, so that a reader that came late gets the values too.
         self._publish(envelope, *self._committed, whole=True)
-        self._pending = self._answered = self._before = self._rested = None
         self._ready = True
 
     def _restore(self) -> None:
@@ -252,8 +271,8 @@ class Host:
 
     def _iterate(self, envelope: Any, iterate: Any) -> None:
         version = Version.of(envelope.version)
-        if version <= self._accepted:
-            # It is late: what is over is not solved again.
+        if version <= self._accepted or version < self._newest_version():
+            # It is late, or repeated by somebody: what is over is not solved again.
             self.refused += 1
             return
         if iterate.again:

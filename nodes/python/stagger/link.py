@@ -55,6 +55,13 @@ def settings(connect: str, file: str | None = None) -> zenoh.Config:
     return found
 
 
+def check_files(config: zenoh.Config) -> None:
+    """Certificates and keys must be there: Zenoh would only say, after ten seconds, that nobody answers."""
+    for name, path in json.loads(config.get_json("transport/link/tls")).items():
+        if path and name.endswith(("_certificate", "_private_key")) and not os.access(path, os.R_OK):
+            raise FileNotFoundError(f"transport/link/tls/{name}: {path} cannot be read")
+
+
 def _attachment(sample: Any) -> bytes:
     return sample.attachment.to_bytes() if sample.attachment is not None else b""
 
@@ -63,7 +70,9 @@ class Link:
     """A session with the hub."""
 
     def __init__(self, connect: str, config: str | None = None) -> None:
-        self._session = zenoh.open(settings(connect, config))
+        found = settings(connect, config)
+        check_files(found)
+        self._session = zenoh.open(found)
         self._declared: list[Any] = []
         # An answer may be long and waits for its reader; Zenoh's thread, which has to carry it away, must not.
         self._asked: queue.SimpleQueue[tuple[Any, Callable[[], list[Message]]]] = queue.SimpleQueue()

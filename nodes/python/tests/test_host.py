@@ -150,6 +150,39 @@ class Trial(unittest.TestCase):
         run.field(FIRST, [3.0, 2.0])
         self.assertEqual(run.told(), [])
 
+    def test_what_the_coordinator_said_before_may_be_repeated(self):
+        run = Run().started()
+        run.iterate(FIRST)
+        run.field(FIRST, [3.0, 2.0])
+        second = V(1, 1, 2)
+        run.iterate(second)
+        run.field(second, [3.5, 2.0])
+        run.told()
+        # An older question must not displace the answer that is going to be accepted, nor a plan all answers.
+        run.iterate(FIRST)
+        run.iterate(FIRST, again=True)
+        run.plan()
+        self.assertEqual((run.told(), run.host.refused), ([], 3))
+        run.iterate(SECOND, committed=second, accept=second)
+        # One that is in work is not displaced either.
+        run.iterate(second, again=True)
+        self.assertEqual(run.host.refused, 4)
+        run.field(SECOND, [4.0, 2.0])
+        (report,) = run.reports()
+        self.assertEqual(report.WhichOneof("body"), "done")
+
+    def test_a_field_beyond_what_can_have_been_asked_is_refused(self):
+        run = Run()
+        run.plan()
+        run.told()
+        run.field(FIRST, [9.0, 9.0])
+        self.assertEqual((run.told(), run.host.refused), ([], 1), "nobody goes beyond the start before all are ready")
+        run.field(INITIAL, [1.0, 2.0])
+        self.assertEqual(len(run.reports()), 1)
+        run.field(V(3, 1, 1), [9.0, 9.0])
+        run.field(V(1_000_000_000, 1, 1), [9.0, 9.0])
+        self.assertEqual(run.host.refused, 3)
+
     def test_equal_frozen_fields_give_the_last_reply_again_as_a_reference(self):
         run = Run().started(reuse_below=1e-7, measure=2)
         run.iterate(FIRST)

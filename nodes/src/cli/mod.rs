@@ -9,10 +9,7 @@ use std::{
     collections::BTreeMap,
     path::{Path, PathBuf},
     process::ExitCode,
-    sync::{
-        Arc,
-        atomic::{AtomicBool, Ordering},
-    },
+    sync::atomic::Ordering,
 };
 
 pub use arguments::Arguments;
@@ -20,20 +17,21 @@ pub(crate) use arguments::key_value;
 use arguments::{Command, NodeArguments, OutputArguments, ReplayArguments, RunArguments, SceneArguments};
 use stagger_messages::keys;
 use stagger_recordings::{Recording, Summary as RecordingSummary};
-use stagger_solver::scene::Scene;
+use stagger_solver::{Shown, scene::Scene};
 
 use crate::{
     advise, check, check_json,
     coordinator::RunError,
     diagnostics,
     graph::Format,
+    interrupt,
     link::{Link, Role},
     node,
     replay::{self, Pace},
     replayed::Replays,
     resume, router,
     run::{self, Failed, Options},
-    scene_files, verify, view, words,
+    scene_files, verify, view, watchdog, words,
 };
 
 /// Exit codes beside 0, done: 1 failed, 2 usage or bad scene, 3 finished with something missing.
@@ -74,7 +72,7 @@ pub fn main(arguments: Arguments) -> ExitCode {
         }
         Command::Router { listen, config, child } => {
             let options = router::Options { listen, config, child };
-            router::run(options, &interrupt()).map_or_else(|error| failed(&error), |()| End::Done)
+            router::run(options, &interrupt::flag()).map_or_else(|error| failed(&error), |()| End::Done)
         }
         Command::Replay(arguments) => replay_file(arguments),
         Command::Verify { file, node, with, tolerance, json } => {
@@ -134,16 +132,6 @@ fn read_scene(path: &Path, overrides: &[(String, String)], files: Option<&Path>)
     })?;
     scene_files::parse(&text, path, overrides, files)
         .map_err(|problems| End::Code(USAGE, format!("the scene is not valid\n{problems}")))
-}
-
-/// A flag that Ctrl-C, or the system's request to end, sets.
-fn interrupt() -> Arc<AtomicBool> {
-    let flag = Arc::new(AtomicBool::new(false));
-    let set = Arc::clone(&flag);
-    if let Err(error) = ctrlc::set_handler(move || set.store(true, Ordering::Relaxed)) {
-        diagnostics::warn(&format!("Ctrl-C will end the run at once: {error}"));
-    }
-    flag
 }
 
 fn set_threads(threads: Option<u16>) {
@@ -237,7 +225,7 @@ fn coordinate(arguments: &SceneArguments, output: &OutputArguments, resume: Opti
         replays,
         ..options
     };
-    let summary = match run::run(&scene, options, &interrupt()) {
+    let summary = match run::run(&scene, options, &interrupt::flag()) {
         Ok(summary) => summary,
         Err(Failed::Run(RunError::Plan(error))) => return End::Code(USAGE, format!("the scene cannot run: {error}")),
         Err(error) => {
@@ -256,7 +244,7 @@ fn coordinate(arguments: &SceneArguments, output: &OutputArguments, resume: Opti
     }
     let lost = summary.recording.as_ref().map_or(0, |recording| recording.lost);
     if !summary.completed {
-        End::Code(MISSING, format!("stopped at t = {:e} s on request", summary.steps.time_s))
+        End::Code(MISSING, format!("stopped at t = {:e} s on request", Shown(summary.steps.time_s)))
     } else if !summary.missing.is_empty() {
         End::Code(MISSING, format!("{} ended without saying what their fields held", summary.missing.join(", ")))
     } else if lost > 0 {
@@ -314,6 +302,10 @@ fn check_scene(arguments: &SceneArguments, graph: Option<Format>, within: Option
 }
 
 fn run_node(arguments: NodeArguments) -> End {
+    // Before anything that may take its time, and needs to be ended with the run.
+    if let Err(error) = watchdog::start(arguments.child) {
+        return failed(&format!("cannot watch for the end of the run: {error}"));
+    }
     let scene = match read_scene(&arguments.scene, &arguments.overrides, arguments.files.as_deref()) {
         Ok(scene) => scene,
         Err(end) => return end,
@@ -340,7 +332,7 @@ fn replay_file(arguments: ReplayArguments) -> End {
         Ok(recording) => recording,
         Err(error) => return about(&arguments.file, &error),
     };
-    let going = interrupt();
+    let going = interrupt::flag();
     // Beside the run itself and beside other replays of it.
     let name = format!("{}-replay-{}", recording.info.run, std::process::id());
     let named = keys::check_name(&name).map_err(|error| failed(&error));

@@ -4,10 +4,11 @@ use std::path::PathBuf;
 
 use stagger_solver::scene::Scene;
 
-use super::{
-    End, FAILED, MISSING, USAGE, arguments::TradeoffArguments, failed, interrupt, print, print_json, read_scene,
+use super::{End, FAILED, MISSING, USAGE, arguments::TradeoffArguments, failed, print, print_json, read_scene};
+use crate::{
+    interrupt,
+    tradeoff::{self, Failed, Options, Quantity, Workshop},
 };
-use crate::tradeoff::{self, Failed, Options, Quantity, Workshop};
 
 /// What runs record: their first and last state, which is all that is compared.
 const RECORDED: [(&str, &str); 3] =
@@ -45,7 +46,7 @@ pub(super) fn tradeoff(arguments: TradeoffArguments) -> End {
             print(text);
         }
     };
-    let interrupted = interrupt();
+    let interrupted = interrupt::flag();
     if arguments.orders {
         let dt_s = arguments.dt.unwrap_or(scene.coupling.dt.limit_s);
         let quantities = if quantities.is_empty() { rows(&scene) } else { quantities };

@@ -118,6 +118,7 @@ impl Ensemble for Remote<'_> {
         };
         let asked: Vec<String> = self.order.iter().filter(|node| task.asks(node)).cloned().collect();
         let mut iterate = task.iterate.clone();
+        self.link.asked(false);
         self.direct(&about, before, directive::Task::Iterate(iterate.clone()))?;
         iterate.again = true;
         self.asked = Some((about.clone(), iterate.clone()));
@@ -132,6 +133,7 @@ impl Ensemble for Remote<'_> {
                 self.check_silence(begun, &asked, |node| outcomes.contains_key(node), &task.version.to_string())?;
                 if begun.elapsed() >= patience {
                     // A node that still solves takes this for later; one whose message was lost sends it again.
+                    self.link.asked(true);
                     self.put_published(true)?;
                     self.direct(&about, before, directive::Task::Iterate(iterate.clone()))?;
                     patience *= 2;

@@ -24,9 +24,13 @@ use stagger_solver::{
 };
 
 use crate::{
+    diagnostics,
     link::{Arrival, Declared, Link, LinkError, Outlet},
     summary,
 };
+
+/// How often it is told which nodes are still waited for.
+const REMIND: Duration = Duration::from_secs(30);
 
 /// Why a run ended before its end.
 #[derive(Debug, thiserror::Error)]
@@ -111,6 +115,10 @@ pub trait Keeper {
     fn interrupted(&self) -> bool;
     /// A node whose process has ended before it announced itself.
     fn ended_early(&mut self) -> Option<String>;
+    /// Whether a node that has ended, in its start or later, would only end the same way again, as far as its end tells.
+    fn is_hopeless(&mut self, _node: &str, _at_start: bool) -> bool {
+        false
+    }
     /// Ends what is left of a node and starts it again.
     ///
     /// # Errors
@@ -231,6 +239,11 @@ impl<'a> Remote<'a> {
         })
     }
 
+    /// Whether a node that is gone, in its start or later, would only end the same way again.
+    pub fn is_hopeless(&mut self, node: &str, at_start: bool) -> bool {
+        self.keeper.is_hopeless(node, at_start)
+    }
+
     /// The last whole checkpoint, or the one the run goes on from, with its version.
     #[must_use]
     pub fn last_checkpoint(&self) -> Option<(Version, &Checkpoint)> {
@@ -262,7 +275,14 @@ impl<'a> Remote<'a> {
     /// A node does not come, or belongs to another run.
     pub fn gather(&mut self, scene_hash: u64, patience: Duration) -> Result<BTreeMap<String, Manifest>, RunError> {
         let begun = Instant::now();
+        let mut remind = begun + REMIND;
         while self.nodes.iter().any(|node| !self.alive.contains_key(node)) {
+            if Instant::now() >= remind {
+                remind += REMIND;
+                let absent: Vec<_> = self.nodes.iter().filter(|node| !self.alive.contains_key(*node)).collect();
+                let names = absent.into_iter().map(String::as_str).collect::<Vec<_>>().join(", ");
+                diagnostics::note(&format!("still waiting for {names}, of whom nothing has been heard"));
+            }
             if self.keeper.interrupted() {
                 return Err(RunError::Interrupted);
             }

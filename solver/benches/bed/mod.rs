@@ -4,7 +4,8 @@
 use stagger_solver::physics::{
     Shape, Wall,
     particles::{
-        Contact, ContactLaw, FieldForces, Friction, Integrator, Lattice, Material, Settings, Start, StartRegion,
+        Contact, ContactLaw, FieldForces, Friction, Integrator, Lattice, LeverArm, Material, Settings, Start,
+        StartRegion,
     },
 };
 
@@ -56,6 +57,7 @@ pub fn settings(start: Start, width_m: f64, law: ContactLaw, friction: Option<Fr
         gravity_m_s2: [0.0, 0.0, -9.81],
         walls: walls(width_m),
         spin: true,
+        lever_arm: LeverArm::ContactPoint,
         integrator: Integrator::Verlet { substep_s: Some(step_s) },
         skin: 0.3,
         pours: Vec::new(),

@@ -3,8 +3,8 @@ use std::{collections::BTreeMap, sync::Arc};
 use serde::{Deserialize, Serialize};
 use stagger_messages::{Decision, Done, Failure, FieldError, Measure, Verdict, Version};
 
-use super::{Measured, Precedent, Settings, Window, order, relative};
-use crate::math;
+use super::{Acceleration, Measured, Precedent, Settings, Window, order, relative};
+use crate::{Shown, math};
 
 /// What one node answered to one iteration.
 #[derive(Clone, Debug)]
@@ -20,15 +20,22 @@ const NODE_HINT: &str = "Look at the settings and the inputs of that node, or lo
 /// The same where a change overflows.
 const BROKEN_HINT: &str = "Look at the settings and the inputs of the node that writes it";
 /// The same where fields do not converge.
-const FIELD_HINT: &str = "Loosen its tolerance, raise coupling.iterations, accelerate the iteration by aitken or iqn-ils, or look at the inputs of that row";
+const FIELD_HINT: &str = "Loosen the tolerance, raise coupling.iterations, or look at the inputs of that row";
+/// The same where the iteration diverges and is not accelerated by IQN-ILS.
+const DIVERGES_HINT: &str = "Set coupling.acceleration = \"iqn-ils\", which converges where the iteration by itself grows, or \
+                             weaken what the fields do to each other";
+/// The same where it contracts, but too slowly.
+const SLOW_HINT: &str = "Set coupling.acceleration = \"iqn-ils\", which needs fewer iterations, raise coupling.iterations, loosen \
+                         the tolerance, or look at the inputs of that row";
 
 /// Why a run cannot go on.
 #[derive(Debug, Clone, thiserror::Error, PartialEq)]
 pub enum ControlError {
     /// The window would have to be smaller than the scene allows.
     #[error(
-        "the step from t = {t_s:e} s does not converge above coupling.dt.minimum = {minimum_s:e} s: {what}. \
-         {hint}"
+        "the step from t = {:e} s does not converge above coupling.dt.minimum = {:e} s: {what}. {hint}",
+        Shown(*.t_s),
+        Shown(*.minimum_s)
     )]
     TooSmall {
         /// Start of the window, in s.
@@ -42,8 +49,10 @@ pub enum ControlError {
     },
     /// One step was rejected again and again.
     #[error(
-        "the step from t = {t_s:e} s was rejected {rejections} times, the last with dt = {dt_s:e} s: {what}. {hint}; \
-         coupling.rejections says how often a step may be rejected"
+        "the step from t = {:e} s was rejected {rejections} times, the last with dt = {:e} s: {what}. {hint}; \
+         coupling.rejections says how often a step may be rejected",
+        Shown(*.t_s),
+        Shown(*.dt_s)
     )]
     TooOften {
         /// Start of the window, in s.
@@ -269,12 +278,14 @@ impl StepControl {
                 decision.reason = match own {
                     Verdict::Reject if broken => format!("the change of `{field}` is not finite{worst}"),
                     Verdict::Reject => {
-                        format!("`{field}` did not converge in {} iterations{worst}{far}", version.iteration)
+                        let rate = rate(decision.contraction);
+                        format!("`{field}` did not converge in {} iterations{rate}{worst}{far}", version.iteration)
                     }
                     _ => "it was rejected in the run that is followed".into(),
                 };
                 let factor = if broken { 0.5 } else { decision.factor };
-                self.reject(&mut decision, factor, if broken { BROKEN_HINT } else { FIELD_HINT })?;
+                let hint = if broken { BROKEN_HINT } else { self.field_hint(&decision) };
+                self.reject(&mut decision, factor, hint)?;
             }
             Verdict::Iterate | Verdict::None => {
                 decision.verdict = Verdict::Iterate.into();
@@ -285,6 +296,16 @@ impl StepControl {
             }
         }
         Ok(decision)
+    }
+
+    /// What to do about the limiting field of an iteration that did not converge.
+    fn field_hint(&self, decision: &Decision) -> &'static str {
+        let field = self.settings.fields.get(&decision.limiting).and_then(|field| field.acceleration);
+        match field.unwrap_or(self.settings.acceleration) {
+            Acceleration::IqnIls { .. } => FIELD_HINT,
+            _ if decision.contraction >= 1.0 => DIVERGES_HINT,
+            _ => SLOW_HINT,
+        }
     }
 
     /// What makes a node's reply unusable for this step size, and the factor on it.
@@ -424,6 +445,16 @@ impl StepControl {
         if !decision.factor.is_finite() {
             decision.factor = 0.0;
         }
+    }
+}
+
+/// How an iteration went by its contraction rate, in words; nothing where it is not known.
+fn rate(contraction: f64) -> String {
+    if contraction > 0.0 && contraction.is_finite() {
+        let course = if contraction < 1.0 { "shrinks" } else { "grows" };
+        format!(": its change {course} to {contraction:.3} of itself from one to the next")
+    } else {
+        String::new()
     }
 }
 

@@ -2,7 +2,7 @@
 
 use stagger_messages::{Field, Fields, MessageError};
 
-use crate::SolveError;
+use crate::{Shown, SolveError};
 
 /// Share of a time by which a sum of steps may miss it, and counts as having reached it: a million additions miss by some
 /// 1e-10.
@@ -69,7 +69,11 @@ pub(crate) fn positive(node: &str, what: &str, value: f64) -> Result<(), SolveEr
 
 /// Refuses a setting for which `fits` is false; `expected` says what would fit.
 pub(crate) fn setting(node: &str, what: &str, value: f64, fits: bool, expected: &str) -> Result<(), SolveError> {
-    if fits { Ok(()) } else { Err(SolveError::Start(format!("{node}: {what} is {value}, but must be {expected}"))) }
+    if fits {
+        Ok(())
+    } else {
+        Err(SolveError::Start(format!("{node}: {what} is {}, but must be {expected}", Shown(value))))
+    }
 }
 
 /// Energy in J of constant powers in W over `dt_s`, summed by index: writer and reader of a power book the same number.

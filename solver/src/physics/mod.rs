@@ -9,6 +9,7 @@ pub mod current;
 mod linear;
 pub mod optics;
 pub mod particles;
+mod quadrature;
 pub mod rays;
 mod rows;
 pub mod substrate;

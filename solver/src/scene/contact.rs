@@ -7,13 +7,14 @@ use super::{
     reader::Table,
     units::{AREA_DAMPING, AREA_STIFFNESS, NUMBER, PRESSURE, SPEED, SPRING_STIFFNESS, TEMPERATURE, VISCOSITY},
 };
+use crate::Shown;
 use crate::physics::particles::{Contact, ContactLaw, Drag, Friction, OverlapBond, Rolling};
 
 static LAW: Key = Key::new(
     "law",
     Kind::Choice(&[
         ("overlap", "K |E|^p A from the overlap strain E and the contact area A (Zohdi 2018, eq. 6.7)"),
-        ("hertz", "4/3 √R* E* δ^{3/2} (eq. 6.58)"),
+        ("hertz", "4/3 √R* E* δ^{3/2} (eq. 6.58), 1/E* the sum of (1 − ν²)/E of both particles, of the particle's alone at a wall"),
         ("linear", "a linear spring k δ (Cundall & Strack 1979)"),
     ]),
     "Normal force.",
@@ -64,7 +65,9 @@ static SOFTENING: Key =
 
 pub(super) static CONTACT: Section = Section {
     path: "particles.contact",
-    doc: "Normal contact between particles, and between particles and walls.",
+    doc: "Normal contact between particles, and between particles and walls. Walls are rigid: at a wall E* is E/(1 − ν²) of the \
+          particle, twice that of two particles of one material. A program whose walls are of the particles' material (LAMMPS, \
+          LIGGGHTS) gives the same wall contact with half of E there.",
     example: "{ law = \"hertz\", young = \"193 GPa\", poisson = 0.3 }",
     shorthand: Some(&LAW),
     keys: &[&LAW, &STIFFNESS, &EXPONENT, &YOUNG, &POISSON, &SPRING, &DAMPING, &RESTITUTION, &SOFTENING],
@@ -241,7 +244,7 @@ pub(super) fn contact(
         contact.softening_reference_k = softening.number(&REFERENCE);
         contact.softening_floor_pa = softening.number_or(&FLOOR, || stiffness_pa / 10.0);
         if contact.softening_floor_pa > stiffness_pa {
-            softening.reject(&FLOOR, format!("expected at most the stiffness itself, {stiffness_pa:e} Pa"));
+            softening.reject(&FLOOR, format!("expected at most the stiffness itself, {:e} Pa", Shown(stiffness_pa)));
         }
         softening.finish();
     }

@@ -9,6 +9,7 @@ use super::{
     reader::Table,
     units::{NUMBER, TIME},
 };
+use crate::Shown;
 use crate::coupling::{Order, Settings, StepSize};
 
 static ORDER: Key = Key::new(
@@ -212,10 +213,10 @@ fn step_size(coupling: &Table<'_>) -> Option<StepSize> {
         growth: table.number(&GROWTH),
     };
     if size.limit_s < start_s {
-        table.reject(&LIMIT, format!("expected at least the first step, {start_s:e} s"));
+        table.reject(&LIMIT, format!("expected at least the first step, {:e} s", Shown(start_s)));
     }
     if size.minimum_s > start_s {
-        table.reject(&MINIMUM, format!("expected at most the first step, {start_s:e} s"));
+        table.reject(&MINIMUM, format!("expected at most the first step, {:e} s", Shown(start_s)));
     }
     table.finish();
     Some(size)

@@ -6,6 +6,7 @@ use super::{
     reader::Table,
     units::{ELECTRIC_FIELD, NUMBER, PER_ELECTRIC_FIELD, PER_TEMPERATURE, TEMPERATURE, TIME},
 };
+use crate::Shown;
 use crate::physics::{
     Conductance, Wall,
     current::{Conductivity, Method, Model, Settings, Solver, Transition},
@@ -137,7 +138,7 @@ pub(super) fn read(table: Table<'_>, bodies: &Bodies<'_>, walls: &[Wall], therma
     check_walls(&table, model, walls);
     let (starts_s, ends_s) = (table.number(&STARTS), table.optional_number(&ENDS).unwrap_or(f64::INFINITY));
     if ends_s <= starts_s {
-        table.reject(&ENDS, format!("expected a time after it starts, {starts_s:e} s"));
+        table.reject(&ENDS, format!("expected a time after it starts, {:e} s", Shown(starts_s)));
     }
     let solver = Solver {
         method: match table.choice(&METHOD) {

@@ -8,6 +8,7 @@ use super::{
         MAGNETIC_GRADIENT, MAGNETIC_MOMENT, MAGNETISABILITY, NUMBER, TIME,
     },
 };
+use crate::Shown;
 use crate::physics::particles::{
     Base, Charge, Electromagnetic, FieldForces, FieldRegion, Magnetic, MagneticSource, NearFieldSettings, Presence,
 };
@@ -303,7 +304,7 @@ fn presence(table: &Table<'_>) -> Presence {
     let region = table.optional_table(&REGION).map_or(FieldRegion::Everywhere, region);
     let (starts_s, ends_s) = (table.number(&STARTS), table.optional_number(&ENDS).unwrap_or(f64::INFINITY));
     if ends_s <= starts_s {
-        table.reject(&ENDS, format!("expected a time after it starts, {starts_s:e} s"));
+        table.reject(&ENDS, format!("expected a time after it starts, {:e} s", Shown(starts_s)));
     }
     Presence { region, starts_s, ends_s }
 }

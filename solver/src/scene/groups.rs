@@ -8,6 +8,7 @@ use super::{
     reader::Table,
     units::LENGTH,
 };
+use crate::Shown;
 use crate::physics::particles::{self, Group, Radius};
 
 pub(super) static COUNT: Key = Key::new("count", Kind::Whole(0, 10_000_000), "Number of particles.")
@@ -142,17 +143,26 @@ pub(super) fn radius(table: &Table<'_>, key: &'static Key) -> Radius {
         "log-normal" => {
             let (minimum_m, maximum_m) = (radius.number(&MINIMUM), radius.number(&MAXIMUM));
             if minimum_m > mean_m {
-                radius.reject(&MINIMUM, format!("expected at most the mean, {mean_m:e} m, found {minimum_m:e} m"));
+                radius.reject(
+                    &MINIMUM,
+                    format!("expected at most the mean, {:e} m, found {:e} m", Shown(mean_m), Shown(minimum_m)),
+                );
             }
             if maximum_m < mean_m {
-                radius.reject(&MAXIMUM, format!("expected at least the mean, {mean_m:e} m, found {maximum_m:e} m"));
+                radius.reject(
+                    &MAXIMUM,
+                    format!("expected at least the mean, {:e} m, found {:e} m", Shown(mean_m), Shown(maximum_m)),
+                );
             }
             Radius::LogNormal { mean_m, deviation_m: radius.number(&DEVIATION), minimum_m, maximum_m }
         }
         _ => {
             let spread_m = radius.number(&SPREAD);
             if spread_m >= mean_m {
-                radius.reject(&SPREAD, format!("expected less than the mean, {mean_m:e} m, found {spread_m:e} m"));
+                radius.reject(
+                    &SPREAD,
+                    format!("expected less than the mean, {:e} m, found {:e} m", Shown(mean_m), Shown(spread_m)),
+                );
             }
             Radius::Uniform { mean_m, spread_m }
         }

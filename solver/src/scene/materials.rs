@@ -11,6 +11,7 @@ use super::{
         TEMPERATURE,
     },
 };
+use crate::Shown;
 use crate::physics::thermal::Table as Property;
 
 /// Properties of a material; those a scene does not give stay open until something needs them.
@@ -191,14 +192,17 @@ pub(super) fn read(root: &Table<'_>, key: &'static Key) -> BTreeMap<String, Mate
         if let (Some(solidus_k), Some(liquidus_k)) = (material.solidus_k, material.liquidus_k)
             && liquidus_k < solidus_k
         {
-            table.reject(&LIQUIDUS_KEY, format!("expected at least the solidus, {solidus_k} K, found {liquidus_k} K"));
+            table.reject(
+                &LIQUIDUS_KEY,
+                format!("expected at least the solidus, {} K, found {} K", Shown(solidus_k), Shown(liquidus_k)),
+            );
         }
         if let (Some(liquidus_k), Some(boiling_k)) = (material.liquidus_k.or(material.solidus_k), material.boiling_k)
             && boiling_k <= liquidus_k
         {
             table.reject(
                 &BOILING_KEY,
-                format!("expected above the end of melting, {liquidus_k} K, found {boiling_k} K"),
+                format!("expected above the end of melting, {} K, found {} K", Shown(liquidus_k), Shown(boiling_k)),
             );
         }
         materials.insert(name, material);

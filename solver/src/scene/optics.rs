@@ -7,6 +7,7 @@ use super::{
     reader::Table,
     units::{LENGTH, NUMBER, PER_LENGTH, POWER, SPEED, TIME},
 };
+use crate::Shown;
 use crate::physics::{
     Wall,
     optics::{Beam, Lines, Model, Path, Profile, Pulses, Settings, Surface},
@@ -185,7 +186,7 @@ pub(super) fn read(table: Table<'_>, bodies: &Bodies<'_>, walls: &[Wall], seed: 
 pub(super) fn switched(table: &Table<'_>, starts: &'static Key, ends: &'static Key) -> (f64, f64) {
     let (starts_s, ends_s) = (table.number(starts), table.optional_number(ends).unwrap_or(f64::INFINITY));
     if ends_s <= starts_s {
-        table.reject(ends, format!("expected a time after the beam starts, {starts_s:e} s"));
+        table.reject(ends, format!("expected a time after the beam starts, {:e} s", Shown(starts_s)));
     }
     (starts_s, ends_s)
 }
@@ -195,7 +196,7 @@ pub(super) fn pulses(table: &Table<'_>, key: &'static Key) -> Option<Pulses> {
     table.optional_table(key).map(|pulses| {
         let train = Pulses { period_s: pulses.number(&PERIOD), on_s: pulses.number(&ON) };
         if train.on_s > train.period_s {
-            pulses.reject(&ON, format!("expected at most the period, {:e} s", train.period_s));
+            pulses.reject(&ON, format!("expected at most the period, {:e} s", Shown(train.period_s)));
         }
         pulses.finish();
         train

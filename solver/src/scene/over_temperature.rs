@@ -6,6 +6,7 @@ use super::{
     tree::{Item, Node},
     units::{Quantity, TEMPERATURE},
 };
+use crate::Shown;
 
 /// Pairs of a temperature in K, rising, and a value in SI units; one number stands for one at 0 K.
 pub(super) fn read(node: &Node, quantity: &Quantity, range: Range) -> Result<Vec<[f64; 2]>, Mismatch> {
@@ -23,7 +24,7 @@ pub(super) fn read(node: &Node, quantity: &Quantity, range: Range) -> Result<Vec
         };
         let temperature_k = number(temperature, &TEMPERATURE, Range::NOT_NEGATIVE).map_err(told)?;
         if points.last().is_some_and(|last| last[0] >= temperature_k) {
-            return Err(told((format!("{temperature_k} K, which does not rise,"), None)));
+            return Err(told((format!("{} K, which does not rise,", Shown(temperature_k)), None)));
         }
         points.push([temperature_k, number(value, quantity, range).map_err(told)?]);
     }

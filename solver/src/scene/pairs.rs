@@ -1,16 +1,21 @@
 //! `[particles.pairs.NAME]`: contacts of two materials that differ from the others.
 
+use std::collections::BTreeSet;
+
 use super::{
     key::{Key, Kind, Range, Section},
     reader::Table,
     units::{AREA_DAMPING, NUMBER},
 };
-use crate::physics::particles::Pair;
+use crate::physics::{
+    Wall,
+    particles::{Material, Pair},
+};
 
 static BETWEEN: Key = Key::new(
     "between",
     Kind::Texts,
-    "The two: names of materials, or of walls that have no material of their own. One name twice is a material with itself.",
+    "The two: names of materials, those of walls among them, or of walls that have no material of their own. One name twice is a material with itself.",
 );
 static DAMPING: Key = Key::new(
     "damping",
@@ -42,13 +47,32 @@ pub(super) static PAIR: Section = Section {
     keys: &[&BETWEEN, &DAMPING, &RESTITUTION, &STATIC, &DYNAMIC, &ROLLING, &TORSION],
 };
 
-/// Reads all pairs; `known` are the names of the materials and walls there are.
-pub(super) fn read(particles: &Table<'_>, key: &'static Key, known: &[String]) -> Vec<Pair> {
+/// Reads all pairs of the particles' `materials` and the walls.
+pub(super) fn read(particles: &Table<'_>, key: &'static Key, materials: &[Material], walls: &[Wall]) -> Vec<Pair> {
+    let of_walls = walls.iter().map(|wall| wall.material.as_ref().unwrap_or(&wall.name));
+    let mut known: Vec<&String> = materials.iter().map(|material| &material.name).chain(of_walls).collect();
+    let mut seen = BTreeSet::new();
+    known.retain(|name| seen.insert(*name));
     let mut pairs = Vec::new();
     for (_, table) in particles.named(key) {
         let names = table.texts(&BETWEEN).unwrap_or_default();
         if let Some(unknown) = names.iter().find(|name| !known.contains(name)) {
-            table.reject(&BETWEEN, format!("nothing is called {unknown:?}; there are {}", known.join(", ")));
+            let wall = walls.iter().find(|wall| wall.name == *unknown);
+            if let Some(material) = wall.and_then(|wall| wall.material.as_ref()) {
+                let message = format!(
+                    "the wall {unknown:?} is of {material:?}, and a pair is of two materials: what holds for this wall holds for \
+                     all that is of {material:?}"
+                );
+                table.reject_with(&BETWEEN, message, Some(format!("write {material:?} in place of {unknown:?}")));
+            } else {
+                let known: Vec<_> = known.iter().map(|name| name.as_str()).collect();
+                let message = format!(
+                    "no particle and no wall is of a material called {unknown:?}, and no wall without a material is called \
+                     that; there are {}",
+                    known.join(", ")
+                );
+                table.reject(&BETWEEN, message);
+            }
         } else if names.len() != 2 && !names.is_empty() {
             table.reject(&BETWEEN, format!("expected two names, found {}", names.len()));
         }

@@ -14,7 +14,7 @@ use super::{
 };
 use crate::physics::{
     Wall,
-    particles::{Group, Integrator, OnSubstrate, Pour, Settings, Start},
+    particles::{Group, Integrator, LeverArm, OnSubstrate, Pour, Settings, Start},
     thermal::{Enthalpy, Settings as Heat},
     walls::Motion,
 };
@@ -42,6 +42,15 @@ static CONTACT_FORCES: Key = Key::new(
 )
 .or("false");
 static SPIN: Key = Key::new("spin", Kind::Flag, "Whether friction makes particles spin.").or("false");
+static LEVER_ARM: Key = Key::new(
+    "lever-arm",
+    Kind::Choice(&[
+        ("contact-point", "from the centre to the contact point, between the centres: angular momentum is kept"),
+        ("radius", "the monograph's (eqs. 6.11–6.15): friction makes angular momentum, δ/(2R) of what it transfers"),
+    ]),
+    "Arm at which friction turns a particle that spins.",
+)
+.or("\"contact-point\"");
 static INTEGRATOR: Key =
     Key::new("integrator", Kind::Table(&INTEGRATOR_SECTION), "Time integration inside a step.").or_from("verlet");
 static SKIN: Key = Key::new(
@@ -78,6 +87,7 @@ pub(super) static SECTION: Section = Section {
         &fields::MAGNETIC,
         &GRAVITY,
         &SPIN,
+        &LEVER_ARM,
         &CONTACT_FORCES,
         &INTEGRATOR,
         &SKIN,
@@ -292,10 +302,7 @@ impl<'d> Bodies<'d> {
             }
         }
         let contact = contact.map(|(contact, _)| contact);
-        let names = materials.iter().map(|material| material.name.clone());
-        let of_walls = walls.iter().map(|wall| wall.material.clone().unwrap_or_else(|| wall.name.clone()));
-        let names: Vec<String> = names.chain(of_walls).collect();
-        let pairs = pairs::read(&table, &PAIRS, &names);
+        let pairs = pairs::read(&table, &PAIRS, &materials, walls);
         let rolling = contact::rolling(&table, &ROLLING);
         let bond = contact::overlap_bond(&table, &OVERLAP_BOND);
         let drag = contact::drag(&table, &DRAG);
@@ -309,6 +316,10 @@ impl<'d> Bodies<'d> {
         if matches!(start, Some(Start::Settle { .. })) && gravity_m_s2 == [0.0; 3] {
             table.reject(&GRAVITY, "particles settle under gravity, and there is none");
         }
+        let lever_arm = match table.choice(&LEVER_ARM) {
+            "radius" => LeverArm::Radius,
+            _ => LeverArm::ContactPoint,
+        };
         let integrator = integrator(&table);
         let moving = walls.iter().any(|wall| wall.motion != Motion::Fixed);
         if integrator == Some(Integrator::Held)
@@ -343,6 +354,7 @@ impl<'d> Bodies<'d> {
             gravity_m_s2,
             walls: walls.to_vec(),
             spin,
+            lever_arm,
             integrator: integrator?,
             skin,
             pours,

@@ -10,7 +10,7 @@ use super::{
     units::{LENGTH, MASS_FLOW, RATE, SPEED, TIME},
 };
 use crate::{
-    math,
+    Shown, math,
     physics::particles::{Domain, Pour, PourRegion, Radius},
 };
 
@@ -106,7 +106,10 @@ pub(super) fn pours(
         let rate_1_s = rate(&table, mean_mass_kg(density_kg_m3, &radius));
         let (from_s, until_s) = (table.number(&FROM), table.optional_number(&UNTIL).unwrap_or(f64::INFINITY));
         if until_s <= from_s {
-            table.reject(&UNTIL, format!("expected a time after it opens, {from_s:e} s, found {until_s:e} s"));
+            table.reject(
+                &UNTIL,
+                format!("expected a time after it opens, {:e} s, found {:e} s", Shown(from_s), Shown(until_s)),
+            );
         }
         let limit = table.is_given(&LIMIT).then(|| table.whole(&LIMIT));
         let velocity_m_s = table.vector(&VELOCITY);
@@ -154,7 +157,10 @@ fn region(table: &Table<'_>, largest_m: f64) -> Option<PourRegion> {
             let [lower_m, upper_m] = corners(&inside);
             if (0..3).any(|axis| upper_m[axis] - lower_m[axis] < 2.0 * largest_m) {
                 let diameter_m = 2.0 * largest_m;
-                inside.reject(&UPPER, format!("expected edges of at least the largest diameter, {diameter_m:e} m"));
+                inside.reject(
+                    &UPPER,
+                    format!("expected edges of at least the largest diameter, {:e} m", Shown(diameter_m)),
+                );
             }
             inside.finish();
             Some(PourRegion::Box { lower_m, upper_m })
@@ -162,7 +168,10 @@ fn region(table: &Table<'_>, largest_m: f64) -> Option<PourRegion> {
         (None, Some(disc)) => {
             let (centre_m, radius_m) = (disc.vector(&CENTRE), disc.number(&DISC_RADIUS));
             if radius_m < largest_m {
-                disc.reject(&DISC_RADIUS, format!("expected at least the largest radius poured, {largest_m:e} m"));
+                disc.reject(
+                    &DISC_RADIUS,
+                    format!("expected at least the largest radius poured, {:e} m", Shown(largest_m)),
+                );
             }
             disc.finish();
             Some(PourRegion::Disc { centre_m, radius_m })

@@ -15,6 +15,7 @@ use super::{
     tree::{self, Entry, Item, Node},
     units::{self, Quantity},
 };
+use crate::Shown;
 
 /// What reading a scene yields besides its settings.
 pub(super) struct Log<'r> {
@@ -600,8 +601,5 @@ pub(super) fn show(kind: &Kind, node: &Node) -> String {
 
 /// A computed value, to six digits.
 fn show_si(value: f64, quantity: &Quantity) -> String {
-    let rounded = format!("{value:.5e}").parse().unwrap_or(value);
-    let plain = rounded == 0.0 || (1e-3..1e6).contains(&rounded.abs());
-    let number = if plain { format!("{rounded}") } else { format!("{rounded:e}") };
-    format!("{number} {}", quantity.unit).trim_end().into()
+    format!("{} {}", Shown(value), quantity.unit).trim_end().into()
 }

@@ -10,6 +10,7 @@ use super::{
     reader::Table,
     units::{self, LENGTH, NUMBER, SPEED, TIME},
 };
+use crate::Shown;
 use crate::physics::{
     Wall,
     particles::{Lattice, Start, StartRegion},
@@ -276,7 +277,10 @@ fn region(table: &Table<'_>, kind: &str, largest_m: f64) -> Option<(StartRegion,
     let diameter = 2.0 * largest_m;
     let too_small = |key: &'static Key, what: &str, sizes: &[f64]| {
         if sizes.iter().any(|size| *size < diameter) {
-            table.reject(key, format!("expected {what} of at least the largest particle's diameter, {diameter:e} m"));
+            table.reject(
+                key,
+                format!("expected {what} of at least the largest particle's diameter, {:e} m", Shown(diameter)),
+            );
         }
     };
     let (region, key) = match given.as_slice() {

@@ -45,7 +45,8 @@ static CURRENT_DENSITY_KEY: Key = Key::new(
 pub(super) static SECTION: Section = Section {
     path: "walls.NAME",
     doc: "A wall, of one shape. Particles stay on the side a plane's normal points to, inside a box, on their side of a \
-          cylinder; a tube and a mesh are thin and hold them off on both sides.",
+          cylinder; a tube and a mesh are thin and hold them off on both sides. Walls are rigid; where the contacts of a particle \
+          with neighbouring faces of a mesh overlap, they share one contact's force and area.",
     example: "{ plane = { normal = [0, 0, 1] }, temperature = \"320 K\" }",
     shorthand: None,
     keys: &[

@@ -7,7 +7,9 @@ use stagger_solver::{
     coupling::{Frozen, Physics, Reply, Window},
     physics::{
         Shape, Wall,
-        particles::{Contact, ContactLaw, FieldForces, Integrator, Material, Particles, Settings, Start, State},
+        particles::{
+            Contact, ContactLaw, FieldForces, Integrator, LeverArm, Material, Particles, Settings, Start, State,
+        },
     },
 };
 
@@ -53,6 +55,8 @@ pub fn settings(law: ContactLaw, density_kg_m3: f64, particles: &[Sphere]) -> Se
         gravity_m_s2: [0.0; 3],
         walls: Vec::new(),
         spin: false,
+        // Closed forms are of spheres that hardly overlap; what the arm to the contact point keeps is tested beside the code.
+        lever_arm: LeverArm::Radius,
         integrator: VERLET,
         skin: 0.3,
         pours: Vec::new(),

@@ -6,7 +6,9 @@ use stagger_solver::{
     coupling::{Local, Participant},
     physics::{
         Shape, Wall,
-        particles::{Contact, ContactLaw, FieldForces, Integrator, Material, Particles, Settings as Motion, Start},
+        particles::{
+            Contact, ContactLaw, FieldForces, Integrator, LeverArm, Material, Particles, Settings as Motion, Start,
+        },
         thermal::{Conductance, Settings as Heat, Thermal},
     },
 };
@@ -56,6 +58,7 @@ fn members(integrator: Integrator, phi: f64) -> BTreeMap<String, Box<dyn Partici
         gravity_m_s2: [0.0; 3],
         walls: walls.clone(),
         spin: false,
+        lever_arm: LeverArm::ContactPoint,
         integrator,
         skin: 0.3,
         pours: Vec::new(),

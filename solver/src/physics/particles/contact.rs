@@ -21,6 +21,13 @@ pub(super) struct Touch<R> {
     pub area_m2: R,
 }
 
+impl Touch<f64> {
+    /// The part of a contact that has this share of its patch.
+    pub fn shared(self, share: f64) -> Self {
+        Self { secant: self.secant * share, area_m2: self.area_m2 * share }
+    }
+}
+
 /// A law of the normal force: elastic force = modulus · secant(δ) · δ.
 ///
 /// Kernels are compiled for each law; [`Law`] is the same at run time.
@@ -167,11 +174,37 @@ pub(super) struct Slip<R> {
     pub step_s: R,
 }
 
+/// The arms at which tangential forces turn two bodies, from their centres along the line between them, in m.
+///
+/// The contact point lies in the plane of the lens that the spheres share, at L_i = ½(d + (R_i² − R_j²)/d) from the centre of
+/// i (Zohdi 2018, eqs. 6.52–6.57) and at d − L_i from that of j: opposite forces there have no moment together, and angular
+/// momentum is kept. A sphere whose centre lies beyond the plane is turned at no arm. With `by_radius` the arms are the radii,
+/// the monograph's choice (eqs. 6.11–6.15), which makes angular momentum at δ/d of what friction transfers.
+#[inline(always)]
+pub(super) fn pair_arms<R: Real>(by_radius: bool, distance: R, radius_i: R, radius_j: R) -> [R; 2] {
+    if by_radius {
+        return [radius_i, radius_j];
+    }
+    let zero = distance.all(0.0);
+    let apart = distance.most(distance.all(SAME_PLACE_M));
+    let lens = distance.all(0.5) * (distance + (radius_i - radius_j) * ((radius_i + radius_j) / apart));
+    let arm = lens.most(zero).least(distance);
+    [arm, distance - arm]
+}
+
+/// The arm of a particle whose centre is at the signed `distance` from a wall, likewise.
+#[inline(always)]
+pub(super) fn wall_arm(by_radius: bool, distance: f64, radius: f64) -> f64 {
+    if by_radius { radius } else { distance }
+}
+
 /// What all contacts of a scene have in common beside their laws.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Surface {
     /// Whether spin moves the contact point.
     pub spin: bool,
+    /// Whether friction's arms are the radii, the monograph's choice, and not those to the contact point.
+    pub arms_by_radius: bool,
     /// Whether some pair resists rolling or torsion.
     pub rolls: bool,
     /// The monograph's bond.
@@ -190,14 +223,17 @@ pub(super) struct Meeting<R> {
     pub overlap: R,
     /// Overlap δ over overlap strain E, in m.
     pub length: R,
+    /// Stiffness and area, both of them the contact's own share of its patch.
     pub touch: Touch<R>,
+    /// Area of the whole patch in m².
+    pub patch_m2: R,
     /// Pa, or N/m for the linear law.
     pub modulus: R,
     /// m* in kg.
     pub reduced_mass: R,
     /// v_j − v_i in m/s.
     pub velocity: Triple<R>,
-    /// R_i ω_i + R_j ω_j in m/s.
+    /// L_i ω_i + L_j ω_j in m/s, with the arms L of [`pair_arms`].
     pub rolling: Triple<R>,
     /// ω_j − ω_i in rad/s.
     pub turning: Triple<R>,
@@ -214,7 +250,7 @@ pub(super) struct Meeting<R> {
 pub(super) struct Response<R> {
     /// Force on particle i, in N; the partner feels the opposite.
     pub force: Triple<R>,
-    /// n × tangential force, in N: the moment on either particle is this times its radius.
+    /// n × tangential force, in N: the moment on either particle is this times its arm.
     pub couple: Triple<R>,
     /// Moment against rolling and torsion on particle i, in N m; the partner feels the opposite.
     pub resistance: Triple<R>,
@@ -233,7 +269,7 @@ impl Surface {
     ///
     /// Normal damping is c_cd A (v_nj − v_ni) (Zohdi 2018, eq. 6.10) plus, where a restitution is set, ζ√(2q) √(m* F/δ)
     /// times the same velocity, which gives every impact speed that restitution (Antypov & Elliott 2011 for Hertz).
-    /// `rolling` is R_i ω_i + R_j ω_j: the contact points move at v + ω × (R n), so their relative velocity is that of the
+    /// `rolling` is L_i ω_i + L_j ω_j: the contact points move at v ± ω × (L n), so their relative velocity is that of the
     /// centres less `rolling` × n.
     #[inline(always)]
     pub fn respond<R: Real, T: Tangential>(

@@ -197,7 +197,7 @@ impl Particles {
                         relative_overlap: overlap / radius_i.min(radius_j),
                         yields: self.yields(pair, secant_n_m, [overlap, overlap / sum, touch.area_m2], || {
                             let mass = reduced(bodies.masses[i], bodies.masses[j]);
-                            (mass, sliding::of_pair(bodies, motion, [i, j]))
+                            (mass, sliding::of_pair(self.surface.arms_by_radius, bodies, motion, [i, j]))
                         }),
                     }
                 })
@@ -231,13 +231,13 @@ impl Particles {
                 self.surfaces[wall].touch(&seen, radius, features, &mut touches);
                 for touch in &touches {
                     let overlap = radius - touch.distance;
-                    let contact = self.law.wall(overlap, radius);
+                    let contact = self.law.wall(overlap, radius).shared(touch.share);
                     let secant_n_m = at.moduli[i] * contact.secant;
                     let pair = self.table.get(at.bodies.materials[i], self.wall_materials[wall]);
-                    let bond = self
-                        .surface
-                        .bond
-                        .map_or(0.0, |bond| bond.energy(overlap, radius, |depth| self.law.wall(depth, radius).area_m2));
+                    let bond = self.surface.bond.map_or(0.0, |bond| {
+                        let area_m2 = |depth| touch.share * self.law.wall(depth, radius).area_m2;
+                        bond.energy(overlap, radius, area_m2)
+                    });
                     let entry = encounter.features.start as usize + touch.entry as usize;
                     let spring = self.remembers().then(|| springs.wall(entry));
                     found.push(Found {
@@ -245,13 +245,15 @@ impl Particles {
                         area_m2: contact.area_m2,
                         distance_m: touch.distance.abs(),
                         force_n: secant_n_m * overlap,
-                        energy_per_modulus: self.law.wall_energy(overlap, radius),
+                        energy_per_modulus: touch.energy_share * self.law.wall_energy(overlap, radius),
                         other_j: [bond, spring_energy(pair, secant_n_m, spring)],
                         relative_overlap: overlap / radius,
                         yields: self.yields(pair, secant_n_m, [overlap, overlap / radius, contact.area_m2], || {
                             let pose = &at.poses[wall];
                             let normal = pose.to_world_direction(&touch.normal);
-                            let velocity = sliding::of_wall(at.bodies, at.motion, i, pose, &normal, touch.distance);
+                            let by_radius = self.surface.arms_by_radius;
+                            let place = (&normal, touch.distance);
+                            let velocity = sliding::of_wall(by_radius, at.bodies, at.motion, i, pose, place);
                             (at.bodies.masses[i], velocity)
                         }),
                     });

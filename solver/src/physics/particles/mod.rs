@@ -6,6 +6,8 @@ mod blocks;
 mod bodies;
 pub mod bonds;
 mod coming_and_going;
+#[cfg(test)]
+mod conservation_tests;
 mod contact;
 mod contact_list;
 #[cfg(test)]
@@ -16,6 +18,7 @@ mod expectation;
 pub mod fields;
 mod forces;
 mod friction;
+mod gyration;
 mod held;
 mod hertz;
 mod kernel;
@@ -32,7 +35,6 @@ mod pair_kernel;
 mod pair_table;
 mod pistons;
 mod pour;
-mod quadrature;
 mod register;
 mod rolling;
 mod settings;
@@ -47,6 +49,8 @@ mod substep;
 mod tangential_spring;
 mod trapezoidal;
 mod validate;
+#[cfg(test)]
+mod valley_tests;
 mod verlet;
 mod wall_kernel;
 mod wall_list;
@@ -67,7 +71,7 @@ use self::{
     bodies::{Bodies, along_z_curve, cell, sphere_inertia, sphere_mass},
     bonds::{BondModel, Bonds, Spheres},
     coming_and_going::Booked,
-    contact::{Law, Surface},
+    contact::{Law, Normal as _, Surface},
     contact_list::{ContactPorts, Snapshot},
     forces::{At, Evaluator},
     hertz::Hertz,
@@ -85,6 +89,7 @@ use self::{
     substep::TimeScales,
     trapezoidal::Trapezoidal,
 };
+use super::quadrature;
 use crate::{
     SolveError,
     coupling::{Frozen, Physics, Reply, Window},
@@ -152,15 +157,20 @@ impl Particles {
             law,
             surface: Surface {
                 spin: settings.spin,
+                arms_by_radius: settings.lever_arm == LeverArm::Radius,
                 rolls: settings.spin && table.laws().iter().any(|pair| pair.rolling > 0.0 || pair.torsion > 0.0),
                 bond: settings.bond.map(|settings| MonographBond { settings }),
             },
             table,
             softening: settings.materials.iter().map(|material| softening(&settings, material)).collect(),
             gravity: Vec3::from(settings.gravity_m_s2),
-            surfaces: settings.walls.iter().map(|wall| WallSurface::new(&wall.shape)).collect(),
+            surfaces: settings.walls.iter().map(|wall| WallSurface::new(&wall.shape, law.power())).collect(),
             wall_materials,
-            fields: fields::Fields::new(&settings.fields, settings.drag)?,
+            fields: fields::Fields::new(
+                &settings.fields,
+                settings.drag,
+                matches!(settings.integrator, Integrator::Verlet { .. }),
+            )?,
             bonds: settings.bonds.map(BondModel::new).transpose()?,
             start,
             contact_s: f64::INFINITY,

@@ -8,7 +8,7 @@ use pulp::{Simd, WithSimd};
 use super::{
     Vec3,
     bodies::sphere_inertia,
-    contact::{Meeting, Normal, SAME_PLACE_M, Tangential, reduced},
+    contact::{Meeting, Normal, SAME_PLACE_M, Tangential, pair_arms, reduced},
     kernel::{Bed, Body, Task},
     lanes::{LANES, Lanes, Real, Triple},
     pair_table::PairLaw,
@@ -82,8 +82,8 @@ struct Batch {
     masses: [Column; 2],
     moduli: [Column; 2],
     velocity: Columns,
-    rolling: Columns,
-    turning: Columns,
+    spins: [Columns; 2],
+    arms: [Column; 2],
     inertias: [Column; 2],
     spring: Columns,
     law: PairLaw<Column>,
@@ -116,8 +116,8 @@ impl<N: Normal, T: Tangential> WithSimd for PairKernel<'_, '_, N, T> {
             masses: [Column([mass; BATCH]); 2],
             moduli: [Column([modulus; BATCH]); 2],
             velocity: ZEROS,
-            rolling: ZEROS,
-            turning: ZEROS,
+            spins: [ZEROS; 2],
+            arms: [Column::ZERO; 2],
             inertias: [Column::ZERO; 2],
             spring: ZEROS,
             law: PairLaw { has_impedance: true, ..PairLaw::default() }.map(|_: &f64| Column::ZERO),
@@ -185,10 +185,10 @@ impl<N: Normal, T: Tangential> PairKernel<'_, '_, N, T> {
             }
             put(&mut batch.velocity, lane, &(partner.velocity - body.velocity));
             if particles.surface.spin {
-                put(&mut batch.rolling, lane, &(body.spin * here.radius + partner.spin * there.radius));
+                put(&mut batch.spins[0], lane, &body.spin);
+                put(&mut batch.spins[1], lane, &partner.spin);
             }
             if particles.surface.rolls {
-                put(&mut batch.turning, lane, &(partner.spin - body.spin));
                 batch.inertias[0].0[lane] = sphere_inertia(body.mass, here.radius);
                 batch.inertias[1].0[lane] = sphere_inertia(partner.mass, there.radius);
             }
@@ -223,16 +223,25 @@ impl<N: Normal, T: Tangential> PairKernel<'_, '_, N, T> {
             None => batch.law.map(|column| register.load(column)),
         };
         let turns = particles.surface.rolls;
+        let nothing = Triple::zero(zero);
+        let [spin_i, spin_j] = if particles.surface.spin {
+            [register.load_all(&batch.spins[0]), register.load_all(&batch.spins[1])]
+        } else {
+            [nothing; 2]
+        };
+        let [arm_i, arm_j] = pair_arms(particles.surface.arms_by_radius, distance, radius_i, radius_j);
+        let touch = self.law.pair(overlap, distance, radius_i, radius_j);
         let meeting = Meeting {
             normal: Triple { z: Real::choose(apart, direction.z, one), ..direction },
             overlap,
             length: sum,
-            touch: self.law.pair(overlap, distance, radius_i, radius_j),
+            patch_m2: touch.area_m2,
+            touch,
             modulus: self.law.pair_modulus(register.load(&batch.moduli[0]), register.load(&batch.moduli[1])),
             reduced_mass: reduced(register.load(&batch.masses[0]), register.load(&batch.masses[1])),
             velocity: register.load_all(&batch.velocity),
-            rolling: register.load_all(&batch.rolling),
-            turning: register.load_all(&batch.turning),
+            rolling: spin_i * arm_i + spin_j * arm_j,
+            turning: spin_j - spin_i,
             reduced_inertia: if turns {
                 reduced(register.load(&batch.inertias[0]), register.load(&batch.inertias[1]))
             } else {
@@ -244,6 +253,8 @@ impl<N: Normal, T: Tangential> PairKernel<'_, '_, N, T> {
         let response = particles.surface.respond(self.tangential, &pair, &meeting);
         register.store_all(&mut batch.force, response.force);
         register.store_all(&mut batch.couple, response.couple);
+        register.store(&mut batch.arms[0], arm_i);
+        register.store(&mut batch.arms[1], arm_j);
         register.store(&mut batch.damping_w, response.damping_w);
         register.store(&mut batch.friction_w, response.friction_w);
         if T::REMEMBERS {
@@ -274,10 +285,10 @@ impl<N: Normal, T: Tangential> PairKernel<'_, '_, N, T> {
             if surface.spin {
                 // Both particles are turned the same way: arm and force change sign together.
                 let couple = take(&batch.couple, lane);
-                own.moment += couple * batch.radii[0].0[lane];
+                own.moment += couple * batch.arms[0].0[lane];
                 let other = &mut loads[block.slots[entry] as usize];
                 other.force -= force;
-                other.moment += couple * batch.radii[1].0[lane];
+                other.moment += couple * batch.arms[1].0[lane];
             } else {
                 loads[block.slots[entry] as usize].force -= force;
             }

@@ -6,7 +6,7 @@ use rand_chacha::{ChaCha8Rng, rand_core::SeedableRng};
 use serde::Serialize;
 
 use super::{Radius, Vec3, start::uniform};
-use crate::{SolveError, math, physics::checks};
+use crate::{Shown, SolveError, math, physics::checks};
 
 /// Places tried for a particle before it waits for the next window: where one place in a hundred is free, seven of
 /// eight particles find one.
@@ -117,7 +117,7 @@ impl Pour {
         let Self { rate_1_s, from_s, until_s, material, .. } = *self;
         checks::positive(&name, "its rate", rate_1_s)?;
         checks::setting(&name, "the time it opens", from_s, from_s.is_finite(), "finite")?;
-        let after = format!("after it opens, {from_s} s");
+        let after = format!("after it opens, {} s", Shown(from_s));
         checks::setting(&name, "the time it closes", until_s, until_s > from_s, &after)?;
         let known = usize::from(material) < materials;
         checks::setting(&name, "its material", material.into(), known, &format!("one of the {materials} there are"))?;

@@ -17,7 +17,7 @@ const STOPPING_SHARE: f64 = 0.125;
 pub(super) fn resist<R: Real>(law: &PairLaw<R>, meeting: &Meeting<R>, elastic_n: R) -> Triple<R> {
     let zero = elastic_n.all(0.0);
     let least = zero.all(f64::MIN_POSITIVE);
-    let lever_n_m = (meeting.touch.area_m2 * zero.all(std::f64::consts::FRAC_1_PI)).sqrt() * elastic_n;
+    let lever_n_m = (meeting.patch_m2 * zero.all(std::f64::consts::FRAC_1_PI)).sqrt() * elastic_n;
     let twisting = meeting.normal * meeting.turning.dot(meeting.normal);
     let stopping = zero.all(STOPPING_SHARE) * meeting.reduced_inertia;
     // A step of zero stops nothing.

@@ -57,6 +57,8 @@ pub struct Settings {
     pub walls: Vec<Wall>,
     /// Whether particles spin (Zohdi 2018, section 6.1: off where it is minor).
     pub spin: bool,
+    /// Arm at which tangential forces make them spin.
+    pub lever_arm: LeverArm,
     /// Time integration inside a window.
     pub integrator: Integrator,
     /// Skin of the Verlet list as a share of each particle's radius: a pair is listed while its gap is below this share
@@ -318,6 +320,18 @@ pub enum ContactLaw {
         /// Stiffness k_n at the reference temperature, in N/m.
         stiffness_n_m: f64,
     },
+}
+
+/// Arm at which the tangential force of a contact turns a particle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LeverArm {
+    /// From its centre to the contact point, in the plane of the lens that the overlapping spheres share, or on the wall:
+    /// angular momentum is kept.
+    #[default]
+    ContactPoint,
+    /// Its radius (Zohdi 2018, eqs. 6.11–6.15): friction makes angular momentum, at δ/d of what it transfers.
+    Radius,
 }
 
 /// Law of the tangential force.

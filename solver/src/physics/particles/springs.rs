@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 use super::{Vec3, blocks::Block, wall_list::WallList};
+use crate::physics::walls::Touch;
 
 /// Springs of one block, entry by entry of its lists.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -44,10 +45,13 @@ impl Springs {
     }
 
     /// Takes note which features of a wall a particle touches, among those near it. A contact that passes from one
-    /// feature to another, as over the edge of two triangles, takes its spring along; one that ends forgets.
-    pub fn note_walls(&mut self, near: Range<usize>, touched: impl Iterator<Item = usize> + Clone) {
+    /// feature to another, as over the edge of two triangles, takes its spring along; one that ends forgets. One that begins
+    /// within the patch of another, which it will share, begins with that one's spring.
+    pub fn note_walls(&mut self, near: Range<usize>, touches: &[Touch]) {
         let first = near.start;
-        for entry in touched.clone().map(|feature| first + feature) {
+        let touched = touches.iter().map(|touch| touch.entry as usize);
+        for touch in touches {
+            let entry = first + touch.entry as usize;
             if self.touching_walls[entry] {
                 continue;
             }
@@ -56,6 +60,12 @@ impl Springs {
             if let Some(before) = near.clone().find(left) {
                 self.walls[entry] = std::mem::take(&mut self.walls[before]);
                 self.touching_walls[before] = false;
+            } else if touch.share < 0.5 {
+                let held = touches.iter().filter(|other| self.touching_walls[first + other.entry as usize]);
+                let beside = |other: &&Touch| other.normal.dot(&touch.normal);
+                if let Some(other) = held.max_by(|a, b| beside(a).total_cmp(&beside(b))) {
+                    self.walls[entry] = self.walls[first + other.entry as usize];
+                }
             }
             self.touching_walls[entry] = true;
         }

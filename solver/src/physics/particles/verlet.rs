@@ -7,6 +7,7 @@ use super::{
     blocks::BLOCK,
     bodies::Bodies,
     forces::{At, Evaluator},
+    gyration::Gyration,
     outside::Outside,
     pistons::Pistons,
     state::{Advanced, Dissipation, Forces, Motion, State, Trial, within},
@@ -62,7 +63,8 @@ pub(super) fn solve(
 ///
 /// The half kick v(t+Δt/2) = v + Δt/2 Ψ(t)/m and the drift are the usual ones. Forces that depend on velocity see the
 /// predicted v + Δt Ψ(t)/m (Groot & Warren 1997 with λ = 1), whose error is second order in Δt, as is then the scheme;
-/// forces at the half-step velocity would make it first order.
+/// forces at the half-step velocity would make it first order. A magnetic field is no force here: it turns velocities before
+/// the first half kick and after the second (Boris 1970), which keeps their length whatever the substep.
 fn advance(
     particles: &Particles,
     state: &State,
@@ -121,9 +123,13 @@ fn substeps(
     let mut forces = particles.start_forces(state, &mut evaluator, window.t_s, substep_s)?;
     let mut dissipated = Dissipation::default();
     let kicks = Kicks { bodies: &state.bodies, half_s: 0.5 * substep_s, spin };
+    let gyration = Gyration::new(particles, &state.bodies, substep_s);
     let mut pistons = Pistons { particles, walls: state.walls.clone(), lost_j: 0.0 };
     for substep in 1..=count as u32 {
         let before_s = window.t_s + window.dt_s * f64::from(substep - 1) / count;
+        if let Some(gyration) = &gyration {
+            gyration.turn(before_s, &motion.positions, &mut motion.velocities);
+        }
         if let Some(ratio) = kicks.drift(&forces, &mut motion, &mut velocities, &mut spins) {
             return Ok(Course::Jumped(motion.check_finite().map(|()| ratio)));
         }
@@ -131,6 +137,9 @@ fn substeps(
         let dissipation = forces.dissipation;
         let fraction = f64::from(substep) / count;
         let now_s = window.t_s + window.dt_s * fraction;
+        if let Some(gyration) = &gyration {
+            gyration.turn(now_s, &motion.positions, &mut velocities);
+        }
         let at = At {
             positions: &motion.positions,
             velocities: &velocities,
@@ -143,6 +152,9 @@ fn substeps(
         };
         evaluator.evaluate(at, &mut forces)?;
         kicks.end(&forces, &mut motion);
+        if let Some(gyration) = &gyration {
+            gyration.turn(now_s, &motion.positions, &mut motion.velocities);
+        }
         pistons.kick(now_s, 0.5 * substep_s, &forces.on_walls);
         dissipated += Dissipation::over(&dissipation, &forces.dissipation, substep_s);
     }

@@ -3,7 +3,7 @@
 use super::{
     Vec3,
     bodies::sphere_inertia,
-    contact::{Meeting, Normal, Tangential},
+    contact::{Meeting, Normal, Tangential, wall_arm},
     kernel::{Bed, Task},
     lanes::Triple,
     on_substrate::WallLoad,
@@ -29,7 +29,7 @@ impl Bed<'_> {
             let seen = particles.seen_from(wall, pose, &here.position, sunk_m);
             particles.surfaces[wall].touch(&seen, here.radius, features, touches);
             if T::REMEMBERS {
-                springs.note_walls(encounter.range(), touches.iter().map(|touch| touch.entry as usize));
+                springs.note_walls(encounter.range(), touches);
             }
             for touch in touches.iter() {
                 let entry = encounter.features.start as usize + touch.entry as usize;
@@ -37,15 +37,19 @@ impl Bed<'_> {
                 let overlap = here.radius - touch.distance;
                 let touched = here.position - normal * touch.distance;
                 let velocity = pose.velocity_at(&touched);
+                let patch = law.wall(overlap, here.radius);
+                let arm = wall_arm(surface.arms_by_radius, touch.distance, here.radius);
                 let meeting = Meeting {
                     normal: Triple::from(-normal),
                     overlap,
                     length: here.radius,
-                    touch: law.wall(overlap, here.radius),
+                    patch_m2: patch.area_m2,
+                    touch: patch.shared(touch.share),
                     modulus: body.modulus,
-                    reduced_mass: body.mass,
+                    // The dampers of all contacts give the restitution with the stiffness of all.
+                    reduced_mass: body.mass / touch.crowd,
                     velocity: Triple::from(velocity - body.velocity),
-                    rolling: Triple::from(body.spin * here.radius),
+                    rolling: Triple::from(body.spin * arm),
                     turning: Triple::from(-body.spin),
                     reduced_inertia: sphere_inertia(body.mass, here.radius),
                     spring: Triple::from(if T::REMEMBERS { *springs.wall(entry) } else { Vec3::zeros() }),
@@ -63,7 +67,7 @@ impl Bed<'_> {
                 let force = Vec3::from(response.force);
                 load.force += force;
                 if surface.spin {
-                    load.moment += Vec3::from(response.couple) * here.radius + Vec3::from(response.resistance);
+                    load.moment += Vec3::from(response.couple) * arm + Vec3::from(response.resistance);
                 }
                 on_walls[wall] -= force;
                 if particles.settings.substrate.is_some() {

@@ -1,13 +1,17 @@
 //! Surfaces of triangles: what they are made from, and where a sphere touches them.
 
+mod patch;
+
 use rstar::{AABB, RTree, primitives::GeomWithData, primitives::Rectangle};
 use serde::{Serialize, Serializer, ser::SerializeStruct};
 
+use self::patch::{Cap, Shares, shares};
 use super::{
     Vec3, stl,
     surface::Touch,
     triangle::{Nearest, Triangle},
 };
+use crate::math;
 
 /// A thin surface of triangles, touched from both sides.
 #[derive(Clone, Debug, PartialEq)]
@@ -137,23 +141,28 @@ impl Serialize for Mesh {
 /// two triangles with a common edge agree to √ε ≈ 1.5e-8 only, as a distance is stationary at its least.
 const SAME_POINT: f64 = 1e-6;
 
+/// A triangle that comes less ahead of a contact's plane than this share of the overlap lies in it.
+const SAME_PLANE: f64 = 1e-6;
+
 /// A mesh prepared for contact search.
 #[derive(Clone, Debug)]
 pub(super) struct MeshSurface {
+    /// q of the force ∝ δ^(q − 1) that contacts share.
+    power: f64,
     triangles: Vec<Triangle>,
     rounding_m: f64,
     tree: RTree<GeomWithData<Rectangle<[f64; 3]>, u32>>,
 }
 
 impl MeshSurface {
-    pub fn new(mesh: &Mesh) -> Self {
+    pub fn new(mesh: &Mesh, power: f64) -> Self {
         let boxed = |(index, triangle): (u32, &Triangle)| {
             let [a, b, c] = triangle.corners;
             let (lower, upper) = (a.inf(&b).inf(&c), a.sup(&b).sup(&c));
             GeomWithData::new(Rectangle::from_corners(lower.into(), upper.into()), index)
         };
         let tree = RTree::bulk_load((0..).zip(&mesh.triangles).map(boxed).collect());
-        Self { triangles: mesh.triangles.clone(), rounding_m: mesh.rounding_m, tree }
+        Self { power, triangles: mesh.triangles.clone(), rounding_m: mesh.rounding_m, tree }
     }
 
     /// Appends the triangles within `reach` of a position, in ascending order.
@@ -179,33 +188,83 @@ impl MeshSurface {
     /// A contact stands where the distance from the surface has a local minimum: at the nearest point of a triangle,
     /// unless that point belongs to another triangle that comes nearer to the centre elsewhere. So a face rules out the
     /// edges and corners around it, an edge its two ends, and what neighbours share counts once, however the surface is
-    /// cut into triangles.
+    /// cut into triangles. Beside a concave edge a triangle whose own nearest point is on the edge has a contact too, with
+    /// its plane, as far as it is over the triangle. What contacts near each other have of their force is in
+    /// [`mod@patch`].
     pub fn touch(&self, position: &Vec3, radius: f64, features: &[u32], touches: &mut Vec<Touch>) {
         let start = touches.len();
         for (entry, &index) in (0..).zip(features) {
             if let Some(Nearest { normal, distance }) = self.within(index, position, radius) {
-                touches.push(Touch { entry, normal, distance });
+                touches.push(Touch::alone(entry, normal, distance));
             }
         }
         if touches.len() < start + 2 {
             return;
         }
+        let candidates = touches.split_off(start);
+        let triangle = |touch: &Touch| &self.triangles[features[touch.entry as usize] as usize];
         let same_point = SAME_POINT * radius + self.rounding_m;
-        let candidates = touches[start..].to_vec();
         let is_local_minimum = |touch: &Touch| {
             let point = position - touch.normal * touch.distance;
             let nearer = |other: &&Touch| (other.distance, other.entry) < (touch.distance, touch.entry);
             let holds_point = |other: &Touch| {
-                let triangle = &self.triangles[features[other.entry as usize] as usize];
+                let triangle = triangle(other);
                 triangle.height(&point).abs() <= same_point && triangle.nearest(&point).distance <= same_point
             };
             !candidates.iter().filter(nearer).any(holds_point)
         };
-        let mut candidate = 0;
-        touches.retain(|touch| {
-            candidate += 1;
-            candidate <= start || is_local_minimum(touch)
+        let minima: Vec<bool> = candidates.iter().map(is_local_minimum).collect();
+        let stands = |(touch, minimum): (&Touch, &bool)| minimum.then_some(*touch);
+        let standing: Vec<Touch> = candidates.iter().zip(&minima).filter_map(stands).collect();
+        let mut caps = Vec::new();
+        for (touch, minimum) in candidates.iter().zip(&minima) {
+            if *minimum {
+                caps.push(Cap { normal: touch.normal, distance: touch.distance, outline: None });
+                touches.push(*touch);
+            } else if let Some(cap) = self.ahead(triangle(touch), position, radius, &standing) {
+                caps.push(cap);
+                touches.push(Touch::alone(touch.entry, cap.normal, cap.distance));
+            }
+        }
+        if caps.len() < 2 {
+            return;
+        }
+        let shares = shares(&caps, radius, self.power);
+        let mut kept = shares.iter().map(|shares| shares.force > 0.0);
+        for (touch, Shares { force, energy }) in touches[start..].iter_mut().zip(&shares) {
+            (touch.share, touch.energy_share) = (*force, *energy);
+        }
+        let mut index = 0;
+        touches.retain(|_| {
+            index += 1;
+            index <= start || kept.next().unwrap_or(true)
         });
+        self.crowd(radius, &mut touches[start..]);
+    }
+
+    /// The plane of a triangle that comes ahead of the planes of all `standing` contacts somewhere, as beyond a concave edge.
+    fn ahead(&self, triangle: &Triangle, position: &Vec3, radius: f64, standing: &[Touch]) -> Option<Cap> {
+        let height = triangle.height(position);
+        let normal = if height < 0.0 { -triangle.normal } else { triangle.normal };
+        let corners = triangle.corners.map(|corner| corner - position);
+        let is_ahead = |touch: &Touch| {
+            let least = SAME_PLANE * (radius - touch.distance) + self.rounding_m;
+            corners.iter().any(|corner| touch.normal.dot(corner) + touch.distance > least)
+        };
+        standing.iter().all(is_ahead).then_some(Cap { normal, distance: height.abs(), outline: Some(corners) })
+    }
+
+    /// How stiff all contacts together are along the normal of each, over its own stiffness.
+    fn crowd(&self, radius: f64, touches: &mut [Touch]) {
+        for k in 0..touches.len() {
+            let own = touches[k];
+            let along = |other: &Touch| {
+                let stiffer = math::powf((radius - other.distance) / (radius - own.distance), self.power - 2.0);
+                other.share / own.share * stiffer * own.normal.dot(&other.normal).max(0.0)
+            };
+            let others = touches.iter().enumerate().filter(|(j, _)| *j != k);
+            touches[k].crowd = 1.0 + others.map(|(_, other)| along(other)).sum::<f64>();
+        }
     }
 }
 

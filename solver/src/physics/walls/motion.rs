@@ -6,7 +6,7 @@ use nalgebra::Unit;
 use serde::{Deserialize, Serialize};
 
 use super::{Pose, Pressed, Series, Vec3, finite, series::Piece, unit};
-use crate::{SolveError, math, physics::checks};
+use crate::{Shown, SolveError, math, physics::checks};
 
 /// How the frame of a wall moves. At rest it is the scene's.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -81,7 +81,7 @@ impl During {
 
     fn check(&self, wall: &str) -> Result<(), SolveError> {
         finite(wall, "the start of its motion", &[self.from_s])?;
-        let after = format!("after its start, {} s", self.from_s);
+        let after = format!("after its start, {} s", Shown(self.from_s));
         checks::setting(wall, "the end of its motion", self.until_s, self.until_s > self.from_s, &after)
     }
 }

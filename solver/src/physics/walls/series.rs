@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::finite;
-use crate::{SolveError, physics::checks};
+use crate::{Shown, SolveError, physics::checks};
 
 /// Values at given times: linear between them, held before the first and after the last.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -55,7 +55,7 @@ impl<T: Copy> Series<T> {
         checks::setting(wall, &number, times as f64, fits, &format!("that of its values, {values}, and not 0"))?;
         let falls = self.times_s.windows(2).find(|pair| pair[0] >= pair[1]);
         falls.map_or(Ok(()), |pair| {
-            let expected = format!("later than the one before it, {} s", pair[0]);
+            let expected = format!("later than the one before it, {} s", Shown(pair[0]));
             checks::setting(wall, &format!("a time of its {what}"), pair[1], false, &expected)
         })
     }

@@ -180,7 +180,7 @@ mod tests {
 
     /// Every triangle that is drawn lies on the surface that is touched.
     fn corners_lie_on(shape: &Shape, tolerance: f64) {
-        let surface = Surface::new(shape);
+        let surface = Surface::new(shape, 2.0);
         let drawn = shape.triangles([-1.0, -1.0, -1.0], [2.0, 2.0, 2.0]);
         assert!(!drawn.is_empty());
         for corner in drawn.into_iter().flatten().map(Vec3::from) {

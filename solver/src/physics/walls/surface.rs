@@ -38,12 +38,27 @@ pub struct Touch {
     pub normal: Vec3,
     /// Signed distance from the surface to the centre, in m; less than the radius, negative behind a one-sided wall.
     pub distance: f64,
+    /// Share of the contact's force that is its own; the rest is that of other contacts with the same patch.
+    pub share: f64,
+    /// The same of its elastic energy.
+    pub energy_share: f64,
+    /// Stiffness along the normal of all the sphere's contacts with this surface, over that of this one.
+    pub crowd: f64,
+}
+
+impl Touch {
+    /// A contact that shares nothing.
+    #[must_use]
+    pub fn alone(entry: u32, normal: Vec3, distance: f64) -> Self {
+        Self { entry, normal, distance, share: 1.0, energy_share: 1.0, crowd: 1.0 }
+    }
 }
 
 impl Surface {
-    /// Prepares a shape that [`super::Wall::check`] has accepted.
+    /// Prepares a shape that [`super::Wall::check`] has accepted, for contacts whose force goes as δ^(`power` − 1) at small
+    /// overlap δ.
     #[must_use]
-    pub fn new(shape: &Shape) -> Self {
+    pub fn new(shape: &Shape, power: f64) -> Self {
         let kind = match shape {
             Shape::Plane(_) | Shape::Box { .. } => Kind::Planes(
                 (shape.planes().iter())
@@ -56,7 +71,7 @@ impl Surface {
             Shape::Cylinder(cylinder) => {
                 Kind::Cylinder(Cylinder { axis: Vec3::from(cylinder.axis).normalize().into(), ..*cylinder })
             }
-            Shape::Mesh(mesh) => Kind::Mesh(MeshSurface::new(mesh)),
+            Shape::Mesh(mesh) => Kind::Mesh(MeshSurface::new(mesh, power)),
         };
         Self { kind }
     }
@@ -90,7 +105,7 @@ impl Surface {
                     let plane = &planes[feature as usize];
                     let distance = plane.distance(position);
                     if distance < radius {
-                        touches.push(Touch { entry, normal: plane.normal, distance });
+                        touches.push(Touch::alone(entry, plane.normal, distance));
                     }
                 }
             }
@@ -98,7 +113,7 @@ impl Surface {
                 if !features.is_empty() {
                     let (normal, distance) = cylinder.distance(position);
                     if distance < radius {
-                        touches.push(Touch { entry: 0, normal, distance });
+                        touches.push(Touch::alone(0, normal, distance));
                     }
                 }
             }
@@ -124,7 +139,7 @@ mod tests {
 
     #[test]
     fn a_plane_s_distance_is_signed() {
-        let surface = Surface::new(&Shape::plane([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]));
+        let surface = Surface::new(&Shape::plane([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]), 2.0);
         for (height, expected) in [(3.0, None), (1.5, Some(0.5)), (0.75, Some(-0.25))] {
             let found = contacts(&surface, Vec3::new(7.0, -3.0, height), 1.0, 0.0);
             assert_eq!(found.first().copied(), expected.map(|distance| (0, Vec3::z(), distance)));
@@ -135,9 +150,9 @@ mod tests {
     fn a_corner_of_a_box_has_three_contacts_and_an_open_face_none() {
         let shape = |open| Shape::Box { lower_m: [0.0; 3], upper_m: [4.0; 3], open };
         let corner = Vec3::new(0.5, 3.75, 0.5);
-        let found = contacts(&Surface::new(&shape(Vec::new())), corner, 1.0, 0.25);
+        let found = contacts(&Surface::new(&shape(Vec::new()), 2.0), corner, 1.0, 0.25);
         assert_eq!(found, [(0, Vec3::x(), 0.5), (3, -Vec3::y(), 0.25), (4, Vec3::z(), 0.5)]);
-        let found = contacts(&Surface::new(&shape(vec![Face { axis: 1, upper: true }])), corner, 1.0, 0.25);
+        let found = contacts(&Surface::new(&shape(vec![Face { axis: 1, upper: true }]), 2.0), corner, 1.0, 0.25);
         assert_eq!(found, [(0, Vec3::x(), 0.5), (3, Vec3::z(), 0.5)]);
     }
 
@@ -145,7 +160,7 @@ mod tests {
     fn a_cylinder_is_touched_from_within_or_from_around() {
         let cylinder = |particles| {
             let (through_m, axis) = ([0.0; 3], [0.0, 0.0, 1.0]);
-            Surface::new(&Shape::Cylinder(Cylinder { through_m, axis, radius_m: 2.0, particles, length_m: None }))
+            Surface::new(&Shape::Cylinder(Cylinder { through_m, axis, radius_m: 2.0, particles, length_m: None }), 2.0)
         };
         let inside = contacts(&cylinder(Side::Inside), Vec3::new(1.5, 0.0, 9.0), 1.0, 0.0);
         assert_eq!(inside, [(0, -Vec3::x(), 0.5)]);
@@ -160,7 +175,7 @@ mod tests {
         fn a_list_with_a_skin_finds_what_all_features_do(
             position in [0.0f64..4.0, 0.0f64..4.0, 0.0f64..4.0], skin in 0.0f64..1.0,
         ) {
-            let surface = Surface::new(&Shape::Box { lower_m: [0.0; 3], upper_m: [4.0; 3], open: Vec::new() });
+            let surface = Surface::new(&Shape::Box { lower_m: [0.0; 3], upper_m: [4.0; 3], open: Vec::new() }, 2.0);
             let position = Vec3::from(position);
             let mut all = Vec::new();
             surface.touch(&position, 1.0, &[0, 1, 2, 3, 4, 5], &mut all);

@@ -7,6 +7,7 @@ use super::super::{
     reader::Table,
     units::{DAMPING, FORCE, FREQUENCY, LENGTH, MASS, NUMBER, SPEED, TIME},
 };
+use crate::Shown;
 use crate::physics::walls::{During, Motion, Pressed, Series, Withdrawal};
 
 static KIND: Key = Key::new(
@@ -163,7 +164,7 @@ fn during(table: &Table<'_>) -> During {
     let during =
         During { from_s: table.number(&FROM), until_s: table.optional_number(&UNTIL).unwrap_or(f64::INFINITY) };
     if during.until_s <= during.from_s {
-        table.reject(&UNTIL, format!("expected a time after it begins to move, {:e} s", during.from_s));
+        table.reject(&UNTIL, format!("expected a time after it begins to move, {:e} s", Shown(during.from_s)));
     }
     during
 }
@@ -198,7 +199,10 @@ fn series<T>(table: &Table<'_>, times_s: Vec<f64>, values: Vec<T>) -> Option<Ser
         return None;
     }
     if let Some(pair) = times_s.windows(2).find(|pair| pair[0] >= pair[1]) {
-        table.reject(&TIMES, format!("expected rising times, found {:e} s after {:e} s", pair[1], pair[0]));
+        table.reject(
+            &TIMES,
+            format!("expected rising times, found {:e} s after {:e} s", Shown(pair[1]), Shown(pair[0])),
+        );
         return None;
     }
     Some(Series { times_s, values })

@@ -8,7 +8,7 @@ mod region;
 
 use std::f64::consts::PI;
 
-pub use lorentz::Lorentz;
+pub use lorentz::{HalfTurn, Lorentz};
 pub use magnetic::MagneticField;
 pub use near_field::NearField;
 pub use near_list::NearList;
@@ -52,22 +52,32 @@ pub struct Fields {
     /// Near field between particles.
     pub near_field: Option<NearField>,
     lorentz: Option<Lorentz>,
+    /// Whether v × B is left out of the forces, as the integrator turns velocities about the field itself.
+    turns: bool,
     magnetic: Option<MagneticField>,
     drag: Option<Drag>,
 }
 
 impl Fields {
-    /// Checks the settings of the fields; those of the drag are checked with the particles'.
+    /// Checks the settings of the fields; those of the drag are checked with the particles'. `turns` says that v × B is no
+    /// force, but a rotation which the integrator takes from [`Self::gyrating`].
     ///
     /// # Errors
     /// [`SolveError::Start`] names the first setting that is out of its range.
-    pub fn new(settings: &FieldForces, drag: Option<Drag>) -> Result<Self, SolveError> {
+    pub fn new(settings: &FieldForces, drag: Option<Drag>, turns: bool) -> Result<Self, SolveError> {
         Ok(Self {
             near_field: settings.near_field.map(NearField::new).transpose()?,
             lorentz: settings.electromagnetic.map(Lorentz::new).transpose()?,
+            turns,
             magnetic: settings.magnetic.map(MagneticField::new).transpose()?,
             drag,
         })
+    }
+
+    /// The field about which the integrator turns velocities, where it does and there is one.
+    #[must_use]
+    pub fn gyrating(&self) -> Option<&Lorentz> {
+        self.lorentz.as_ref().filter(|lorentz| self.turns && lorentz.is_magnetic())
     }
 
     /// A particle of this size with the charge that the scene gives it; none where it gives none.
@@ -90,7 +100,11 @@ impl Fields {
     pub fn force(&self, t_s: f64, position: &Vec3, velocity: &Vec3, body: Body) -> FieldForce {
         let mut sum = FieldForce { force: Vec3::zeros(), gained_w: 0.0, drag_w: 0.0 };
         if let Some(lorentz) = &self.lorentz {
-            let (force, power_w) = lorentz.force(t_s, position, velocity, body);
+            let (force, power_w) = if self.turns {
+                lorentz.electric_force(t_s, position, velocity, body)
+            } else {
+                lorentz.force(t_s, position, velocity, body)
+            };
             sum.force += force;
             sum.gained_w += power_w;
         }
@@ -158,12 +172,16 @@ mod tests {
             reads_acoustic_force: false,
         };
         let drag = Drag { viscosity_pa_s: 1.0 / (3.0 * PI), velocity_m_s: [0.0; 3] };
-        let fields = Fields::new(&settings, Some(drag)).unwrap();
+        let fields = Fields::new(&settings, Some(drag), false).unwrap();
         assert_eq!(fields.body(0.5, 2.0), BODY);
         let found = fields.force(0.0, &Vec3::zeros(), &Vec3::new(0.0, 1.0, 0.0), BODY);
         // q E + q v × B = (3 + 6, 0, 0); γ V ∇B² = 3/π · π/6 · 2 B_z ∂B_z/∂x = (1, 0, 0); drag = −v.
         assert!((found.force - Vec3::new(10.0, -1.0, 0.0)).norm() < 1e-14, "{found:?}");
         assert!(found.gained_w.abs() < 1e-14 && (found.drag_w - 1.0).abs() < 1e-14, "{found:?}");
+        assert!(fields.gyrating().is_none());
+        let turning = Fields::new(&settings, Some(drag), true).unwrap();
+        let found = turning.force(0.0, &Vec3::zeros(), &Vec3::new(0.0, 1.0, 0.0), BODY);
+        assert!((found.force - Vec3::new(4.0, -1.0, 0.0)).norm() < 1e-14 && turning.gyrating().is_some(), "{found:?}");
         // Cyclotron 3 · 2 / 2, drag 1/2, swinging √(γ V · 2 ‖G‖² / m) = 1.
         assert!((fields.rate_1_s(BODY) - 3.0).abs() < 1e-14);
         assert!(Fields::default().is_empty() && !fields.is_empty());

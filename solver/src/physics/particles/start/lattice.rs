@@ -7,7 +7,7 @@ use super::{
     radii::Bodies,
     uniform,
 };
-use crate::{SolveError, math};
+use crate::{Shown, SolveError, math};
 
 /// Largest region for a particle, in cubes of the neighbours' distance: all its cells may have to be looked at.
 const LARGEST: f64 = 1e6;
@@ -54,9 +54,10 @@ impl Lattice {
         let mut sites = self.sites(region, distance, largest + reach, bodies.radii.len());
         if sites.len() < bodies.radii.len() {
             return Err(SolveError::Start(format!(
-                "particles: the start region holds {} sites of this lattice with neighbours {distance:e} m apart, but {} \
+                "particles: the start region holds {} sites of this lattice with neighbours {:e} m apart, but {} \
                  particles are to be placed; use a larger region, a smaller spacing, or fewer particles",
                 sites.len(),
+                Shown(distance),
                 bodies.radii.len()
             )));
         }

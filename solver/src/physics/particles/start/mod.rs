@@ -15,7 +15,7 @@ use rand_chacha::{
 
 use self::{growth::Growth, sequential_addition::SequentialAddition, settle::Settle};
 use super::{Settings, Start, Vec3};
-use crate::{SolveError, math};
+use crate::{Shown, SolveError, math};
 
 /// The particles at t = 0, by row; all lists are of one length.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -46,8 +46,10 @@ pub fn place(settings: &Settings) -> Result<Placed, SolveError> {
         let farthest = position.iter().fold(0.0f64, |farthest, x| farthest.max(x.abs()));
         if f64::EPSILON * farthest > COARSEST * radius {
             return Err(SolveError::Start(format!(
-                "particles: particle {row} of radius {radius:e} m starts {farthest:e} m from the origin, where positions are \
+                "particles: particle {row} of radius {:e} m starts {:e} m from the origin, where positions are \
                  exact to {:.1e} m only; move the scene nearer to the origin",
+                Shown(*radius),
+                Shown(farthest),
                 f64::EPSILON * farthest
             )));
         }

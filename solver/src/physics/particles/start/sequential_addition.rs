@@ -7,7 +7,7 @@ use super::{
     cells::Cells,
     uniform, volume,
 };
-use crate::SolveError;
+use crate::{Shown, SolveError};
 
 /// Packing fraction at which random sequential addition of equal spheres jams (Zhang & Torquato 2013: 0.3841).
 const JAMMING_FRACTION: f64 = 0.38;
@@ -35,9 +35,12 @@ impl SequentialAddition<'_> {
         let extent = Vec3::from(upper) - lower;
         if !extent.iter().all(|&side| side >= 2.0 * largest) {
             return Err(SolveError::Start(format!(
-                "particles: a sphere of radius {largest:e} m does not fit into the start region of \
+                "particles: a sphere of radius {:e} m does not fit into the start region of \
                  {:e} x {:e} x {:e} m; use a larger one or smaller particles",
-                extent.x, extent.y, extent.z
+                Shown(largest),
+                Shown(extent.x),
+                Shown(extent.y),
+                Shown(extent.z)
             )));
         }
         // Attempts in proportion to a number that cannot fit would only take long.

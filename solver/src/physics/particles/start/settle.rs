@@ -9,7 +9,7 @@ use super::{
     volume,
 };
 use crate::{
-    SolveError,
+    Shown, SolveError,
     coupling::{Frozen, Physics as _, Window},
     math,
     physics::{Wall, walls},
@@ -85,9 +85,12 @@ impl Settle {
         let longest_s = self.longest_s.unwrap_or(LONGEST_FALLS * fall_s);
         if longest_s > LARGEST_WINDOWS * window_s {
             return Err(SolveError::Start(format!(
-                "particles: settling for {longest_s:e} s would take more than a million steps of {window_s:e} s, a tenth of the time \
-                 in which they fall half their radius: the start region is too high for particles of radius {radius:e} m; \
-                 make it lower, or set a shorter `longest`"
+                "particles: settling for {:e} s would take more than a million steps of {:e} s, a tenth of the time \
+                 in which they fall half their radius: the start region is too high for particles of radius {:e} m; \
+                 make it lower, or set a shorter `longest`",
+                Shown(longest_s),
+                Shown(window_s),
+                Shown(radius)
             )));
         }
         let kept = math::exp(-self.damping / f64::from(WINDOWS));
@@ -227,8 +230,9 @@ fn advance(bed: &Particles, mut state: State, window_s: f64) -> Result<State, So
     while left_s > 0.0 {
         if substeps > LARGEST_SUBSTEPS {
             return Err(SolveError::Start(format!(
-                "particles: contacts and damping ask for more than {LARGEST_SUBSTEPS:e} substeps in {window_s:e} s of settling, a \
-                 tenth of the time in which a particle falls half its radius; use softer contacts or less contact damping"
+                "particles: contacts and damping ask for more than {LARGEST_SUBSTEPS:e} substeps in {:e} s of settling, a \
+                 tenth of the time in which a particle falls half its radius; use softer contacts or less contact damping",
+                Shown(window_s)
             )));
         }
         let now_s = dt_s.min(left_s);
@@ -246,7 +250,8 @@ fn advance(bed: &Particles, mut state: State, window_s: f64) -> Result<State, So
             }
             Some(_) => {
                 return Err(SolveError::Start(format!(
-                    "particles: settling does not get on with windows of {dt_s:e} s; use softer contacts or larger particles"
+                    "particles: settling does not get on with windows of {:e} s; use softer contacts or larger particles",
+                    Shown(dt_s)
                 )));
             }
         }
@@ -272,9 +277,11 @@ fn not_at_rest(state: &State, longest_s: f64, share: f64, until: f64) -> SolveEr
     }
     let free = touched.iter().filter(|touched| !**touched).count();
     SolveError::Start(format!(
-        "particles: not at rest after {longest_s:e} s of settling: the mean kinetic energy is {share:.2e} m g R, where `until` \
-         asks for {until:e}; {free} of {} particles touch nothing: walls must hold them all; set a longer `longest`, a \
+        "particles: not at rest after {:e} s of settling: the mean kinetic energy is {share:.2e} m g R, where `until` \
+         asks for {:e}; {free} of {} particles touch nothing: walls must hold them all; set a longer `longest`, a \
          larger `until`, or more `damping`",
+        Shown(longest_s),
+        Shown(until),
         state.bodies.len()
     ))
 }

@@ -13,7 +13,7 @@ fn contacts(surface: &MeshSurface, position: Vec3, radius: f64) -> Vec<(Vec3, f6
 }
 
 fn surface(corners: &[[[f64; 3]; 3]]) -> MeshSurface {
-    MeshSurface::new(&Mesh::new(corners).unwrap())
+    MeshSurface::new(&Mesh::new(corners).unwrap(), 2.0)
 }
 
 /// A rectangle of `count` × `count` pairs of triangles spanned from `origin` by `u` and `v`.

@@ -10,7 +10,7 @@ const POINTS: [(f64, f64); 4] = [
 
 /// The integral of `f` over [0, 1]; exact for polynomials up to degree 15.
 #[inline]
-pub(super) fn over_unit_interval(f: impl Fn(f64) -> f64) -> f64 {
+pub(in crate::physics) fn over_unit_interval(f: impl Fn(f64) -> f64) -> f64 {
     POINTS.iter().map(|&(x, weight)| 0.5 * weight * (f(0.5 * (1.0 - x)) + f(0.5 * (1.0 + x)))).sum()
 }
 
