@@ -1,5 +1,8 @@
 //! The processes of stagger: the Zenoh link, the host of a node, the coordinator, the launcher and the command line.
 
+// Numbers that are recorded, hashed or decided upon are the same on every processor: see clippy.toml.
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 pub mod advise;
 mod certificates;
 pub mod check;

@@ -3,6 +3,9 @@
 //! [`Recorder`] writes, [`Recording`] reads, [`Summary`] says what happened. A recording is plain MCAP with protobuf
 //! messages and embedded descriptors, so that other programs read it as it is. Nothing here is asynchronous.
 
+// Numbers that are recorded, hashed or decided upon are the same on every processor: see clippy.toml.
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 mod accounts;
 pub mod colour;
 mod container;

@@ -1,14 +1,16 @@
 //! Every scene users start from, run whole, with its counts and norms pinned.
 //!
-//! Counts are exact: they change only when the method does. Norms hold to 1e-6 of their value, because the mathematical
-//! functions of another machine may round otherwise, and a settling bed amplifies that.
+//! Counts are exact: they change only when the method does. Norms hold to 1e-6 of their value; to the last bit, the hashes of
+//! shortened runs are held by `hashes`.
 
 // Helpers of tests are not tests to clippy's `allow-unwrap-in-tests`.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+mod hashes;
 mod pile;
 mod piston;
 mod presets;
+mod same_end;
 mod sintering;
 
 use std::{path::Path, process::Command};

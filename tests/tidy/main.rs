@@ -69,6 +69,55 @@ fn messages_and_solver_do_no_io() {
     }
 }
 
+/// What asks the processor, the machine or chance for a number, and the only file that may.
+const OF_THE_MACHINE: [(&str, &str); 9] = [
+    ("Arch::new", "solver/src/width.rs"),
+    // Products of large matrices choose their instructions by the processor; that file multiplies by vectors alone.
+    ("DMatrix", "solver/src/coupling/acceleration/iqn_ils.rs"),
+    ("HashMap", ""),
+    ("HashSet", ""),
+    ("std::env", ""),
+    ("available_parallelism", ""),
+    ("current_num_threads", ""),
+    ("is_x86_feature_detected", ""),
+    (".mul_add(", ""),
+];
+
+/// Functions that the standard library takes from the system's.
+const ELEMENTARY: [&str; 24] = [
+    "exp", "exp2", "exp_m1", "ln", "ln_1p", "log", "log2", "log10", "sin", "cos", "sin_cos", "tan", "asin", "acos",
+    "atan", "atan2", "sinh", "cosh", "tanh", "powf", "powi", "cbrt", "hypot", "to_polar",
+];
+
+/// Code of a file without its tests; nothing of a file of tests.
+fn code(file: &Path) -> String {
+    let text = std::fs::read_to_string(file).unwrap();
+    let is_test = file.components().any(|part| part.as_os_str() == "tests")
+        || file.file_stem().is_some_and(|stem| stem.to_string_lossy().ends_with("tests"));
+    if is_test { String::new() } else { text.split("#[cfg(test)]\nmod ").next().unwrap().to_owned() }
+}
+
+#[test]
+fn no_number_depends_on_the_processor() {
+    let in_code = |line: &&str| !line.trim_start().starts_with("//");
+    for folder in ["messages/src", "solver/src", "recordings/src"] {
+        for file in files(&root().join(folder), &[".rs"]) {
+            let name = shown(&file).replace("nodes/../", "");
+            for line in code(&file).lines().filter(in_code) {
+                for function in ELEMENTARY {
+                    let called = [format!(".{function}("), format!("f64::{function}")];
+                    let found = called.iter().any(|call| line.contains(call.as_str()));
+                    assert!(!found, "{name} does not take {function} from stagger_solver::math: {line}");
+                }
+                for (word, only) in OF_THE_MACHINE {
+                    let found = folder == "solver/src" && line.contains(word) && name != only;
+                    assert!(!found, "{name} asks the machine: {line}");
+                }
+            }
+        }
+    }
+}
+
 #[test]
 fn one_file_knows_each_of_zenoh_mcap_rerun_and_arrow() {
     let expected = [

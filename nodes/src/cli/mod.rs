@@ -49,6 +49,10 @@ enum End {
 /// Runs a command.
 #[must_use]
 pub fn main(arguments: Arguments) -> ExitCode {
+    if let Err(error) = set_width() {
+        diagnostics::error(&error);
+        return ExitCode::from(USAGE);
+    }
     let end = match arguments.command {
         Command::Run(arguments) => run_scene(arguments),
         Command::Check { scene, graph, advise, within, json } => {
@@ -132,6 +136,15 @@ fn read_scene(path: &Path, overrides: &[(String, String)], files: Option<&Path>)
     })?;
     scene_files::parse(&text, path, overrides, files)
         .map_err(|problems| End::Code(USAGE, format!("the scene is not valid\n{problems}")))
+}
+
+/// Takes the width of the kernels from the environment, which a run's nodes inherit.
+fn set_width() -> Result<(), String> {
+    match std::env::var("STAGGER_SIMD") {
+        Ok(name) => stagger_solver::width::set(&name).map_err(|error| format!("STAGGER_SIMD: {error}")),
+        Err(std::env::VarError::NotPresent) => Ok(()),
+        Err(error) => Err(format!("STAGGER_SIMD: {error}")),
+    }
 }
 
 fn set_threads(threads: Option<u16>) {

@@ -2,6 +2,7 @@
 
 use stagger_messages::Fields;
 use stagger_recordings::{Step, colour::Range};
+use stagger_solver::math;
 
 use super::plot::Sphere;
 
@@ -133,7 +134,7 @@ fn spheres(fields: &Fields, colouring: &Colouring) -> Vec<Sphere> {
     let (velocities, _) = numbers("velocities").unwrap_or_default().as_chunks::<3>();
     let value = |row: usize| match own {
         Some(values) => values.get(row).copied(),
-        None if colouring.name == "speed" => velocities.get(row).map(|[x, y, z]| x.hypot(*y).hypot(*z)),
+        None if colouring.name == "speed" => velocities.get(row).map(|[x, y, z]| math::hypot(math::hypot(*x, *y), *z)),
         None => None,
     };
     let sphere = |(row, centre): (usize, &[f64; 3])| Sphere {

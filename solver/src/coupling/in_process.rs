@@ -81,6 +81,11 @@ impl InProcess {
         self.members.values().flat_map(|member| member.committed.1.clone()).collect()
     }
 
+    /// The fields that each node committed last.
+    pub fn committed(&self) -> impl Iterator<Item = (&str, &Fields)> {
+        self.members.iter().map(|(name, member)| (name.as_str(), &member.committed.1))
+    }
+
     fn deliver(&mut self, sender: &str, version: Version, fields: &Fields) {
         for member in self.members.values_mut() {
             for field in

@@ -119,6 +119,7 @@ pub struct StepControl {
     duration_s: f64,
     progress: Progress,
     precedent: Option<Arc<Precedent>>,
+    rejects_every: Option<u64>,
 }
 
 /// When a field has converged.
@@ -165,7 +166,7 @@ impl StepControl {
             first_errors: BTreeMap::new(),
             estimate: (0.0, String::new()),
         };
-        Self { settings: settings.clone(), fields, duration_s, progress, precedent: None }
+        Self { settings: settings.clone(), fields, duration_s, progress, precedent: None, rejects_every: None }
     }
 
     /// How far it has come, for a checkpoint.
@@ -186,6 +187,13 @@ impl StepControl {
         if let Some(dt_s) = self.recorded_size(self.progress.version) {
             self.progress.dt_s = dt_s;
         }
+    }
+
+    /// Rejects each `steps`-th step once, when it has converged, and has the same window solved again. A solve depends on its
+    /// arguments alone, so that the run must reach the same end, to the bit: a test of every physics that keeps anything
+    /// from one solve to the next. Not for runs that follow a precedent.
+    pub fn reject_every(&mut self, steps: std::num::NonZeroU64) {
+        self.rejects_every = Some(steps.get());
     }
 
     fn recorded_size(&self, version: Version) -> Option<f64> {
@@ -263,6 +271,7 @@ impl StepControl {
         };
         let version = self.progress.version;
         match recorded.unwrap_or(own) {
+            Verdict::Accept if converged && self.is_to_repeat() => self.repeat(&mut decision),
             Verdict::Accept if converged => self.accept(&mut decision, window),
             Verdict::Accept => {
                 let limiting = decision.errors.iter().find(|error| error.field == decision.limiting);
@@ -412,6 +421,29 @@ impl StepControl {
         self.conclude(decision);
     }
 
+    /// Whether this step, which has converged, is one to be rejected for a test.
+    fn is_to_repeat(&self) -> bool {
+        let Version { step, attempt, .. } = self.progress.version;
+        attempt == 1 && self.rejects_every.is_some_and(|steps| step.is_multiple_of(steps))
+    }
+
+    /// Rejects without another reason than [`Self::reject_every`]: the window stays as it is.
+    fn repeat(&mut self, decision: &mut Decision) {
+        decision.verdict = Verdict::Reject.into();
+        decision.reason = "it is rejected as a test".into();
+        decision.factor = 1.0;
+        self.try_again(self.progress.dt_s);
+        self.conclude(decision);
+    }
+
+    /// Begins the next attempt, with windows of this size.
+    fn try_again(&mut self, dt_s: f64) {
+        self.progress.dt_s = dt_s;
+        self.progress.version = self.progress.version.next_attempt();
+        self.progress.first_errors.clear();
+        self.progress.estimate = (0.0, String::new());
+    }
+
     fn reject(&mut self, decision: &mut Decision, factor: f64, hint: &'static str) -> Result<(), ControlError> {
         let usable = factor.is_finite() && factor > 0.0 && factor < 1.0;
         let factor = if usable { factor } else { 0.5 };
@@ -432,10 +464,7 @@ impl StepControl {
         }
         decision.verdict = Verdict::Reject.into();
         decision.factor = factor;
-        self.progress.dt_s = dt_s;
-        self.progress.version = next;
-        self.progress.first_errors.clear();
-        self.progress.estimate = (0.0, String::new());
+        self.try_again(dt_s);
         self.conclude(decision);
         Ok(())
     }

@@ -15,7 +15,10 @@ use super::{
     tangential_spring::TangentialSpring,
     wall_list::WallList,
 };
-use crate::physics::walls::{Pose, Touch};
+use crate::{
+    physics::walls::{Pose, Touch},
+    width,
+};
 
 /// Where a particle is: what the search for contacts reads, in half a cache line.
 #[derive(Clone, Copy, Debug)]
@@ -119,7 +122,7 @@ impl Bed<'_> {
     }
 
     fn of_laws<N: Normal, T: Tangential>(self, law: N, tangential: T, mut task: Task<'_>) -> Dissipation {
-        let mut lost = pulp::Arch::new().dispatch(PairKernel { bed: self, law, tangential, task: &mut task });
+        let mut lost = width::chosen().dispatch(PairKernel { bed: self, law, tangential, task: &mut task });
         lost += self.walls(law, tangential, &mut task);
         lost
     }

@@ -9,7 +9,10 @@ use super::{
     hertz_disc,
     point_load::{COMPONENTS, Source, add, distance_squared},
 };
-use crate::physics::particles::lanes::{Lanes, Triple};
+use crate::{
+    physics::particles::lanes::{Lanes, Triple},
+    width,
+};
 
 /// Points of a chunk: what a thread works on, a multiple of every processor's lanes.
 const CHUNK: usize = 64;
@@ -117,7 +120,7 @@ impl Samples {
                 }
             };
             let kernel = Kernel { compressible: 1.0 - 2.0 * poisson, sources, at: &chunk.at, sums: &mut columns };
-            pulp::Arch::new().dispatch(kernel);
+            width::chosen().dispatch(kernel);
             for (k, sum) in sums.iter_mut().enumerate() {
                 *sum = std::array::from_fn(|component| columns[component].0[k]);
                 let at = [0, 1, 2].map(|axis| chunk.at[axis].0[k]);
