@@ -22,6 +22,7 @@ mod magnetic_field;
 mod mesh_floor;
 mod narrow_beam;
 mod output_over_input;
+mod particle_files;
 mod peak_temperature;
 mod plug_ins;
 mod rejections;

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::{
     acceleration,
     key::{Key, Kind, Range, Section},
-    problems::nearest,
+    problems::{nearest, quoted},
     reader::Table,
     units::{NUMBER, TIME},
 };
@@ -139,7 +139,7 @@ impl Names<'_> {
         }
         let known = format!("nodes of this scene are {}", self.nodes.join(", "));
         let hint = nearest(name, self.nodes.iter().copied()).map_or(known, |near| format!("did you mean \"{near}\"?"));
-        Some((format!("no node is called {name:?}"), hint))
+        Some((format!("no node is called {}", quoted(name)), hint))
     }
 
     /// Reports a field that none of the scene's nodes writes.
@@ -160,7 +160,7 @@ pub(super) fn read(table: Table<'_>, names: &Names<'_>) -> Option<Settings> {
     let sequence = table.texts(&SEQUENCE).unwrap_or_default();
     for (index, name) in sequence.iter().enumerate() {
         if sequence[..index].contains(name) {
-            table.reject(&SEQUENCE, format!("names {name:?} twice"));
+            table.reject(&SEQUENCE, format!("names {} twice", quoted(name)));
         } else if let Some((message, hint)) = names.unknown_node(name) {
             table.reject_with(&SEQUENCE, message, Some(hint));
         }

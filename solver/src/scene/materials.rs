@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::{
     key::{Key, Kind, Range, Section},
-    problems::nearest,
+    problems::{nearest, quoted},
     reader::Table,
     units::{
         CONDUCTIVITY, DENSITY, ELECTRICAL_CONDUCTIVITY, HEAT_CAPACITY, LATENT_HEAT, NUMBER, PER_LENGTH, PRESSURE,
@@ -219,7 +219,7 @@ pub(super) fn choose(
 ) -> (String, Material) {
     let name = table.text(key);
     let material = materials.get(&name).cloned().unwrap_or_else(|| {
-        table.reject_with(key, format!("no material is called {name:?}"), known(&name, materials));
+        table.reject_with(key, format!("no material is called {}", quoted(&name)), known(&name, materials));
         // All properties are there, so that nothing else is reported missing.
         let unknown = Some(f64::NAN);
         Material {

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use super::{
     key::{Key, Kind, Range, Section},
+    problems::quoted,
     reader::Table,
     units::{AREA_DAMPING, NUMBER},
 };
@@ -59,16 +60,18 @@ pub(super) fn read(particles: &Table<'_>, key: &'static Key, materials: &[Materi
         if let Some(unknown) = names.iter().find(|name| !known.contains(name)) {
             let wall = walls.iter().find(|wall| wall.name == *unknown);
             if let Some(material) = wall.and_then(|wall| wall.material.as_ref()) {
+                let (unknown, material) = (quoted(unknown), quoted(material));
                 let message = format!(
-                    "the wall {unknown:?} is of {material:?}, and a pair is of two materials: what holds for this wall holds for \
-                     all that is of {material:?}"
+                    "the wall {unknown} is of {material}, and a pair is of two materials: what holds for this wall holds for \
+                     all that is of {material}"
                 );
-                table.reject_with(&BETWEEN, message, Some(format!("write {material:?} in place of {unknown:?}")));
+                table.reject_with(&BETWEEN, message, Some(format!("write {material} in place of {unknown}")));
             } else {
                 let known: Vec<_> = known.iter().map(|name| name.as_str()).collect();
                 let message = format!(
-                    "no particle and no wall is of a material called {unknown:?}, and no wall without a material is called \
+                    "no particle and no wall is of a material called {}, and no wall without a material is called \
                      that; there are {}",
+                    quoted(unknown),
                     known.join(", ")
                 );
                 table.reject(&BETWEEN, message);

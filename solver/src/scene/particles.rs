@@ -8,6 +8,7 @@ use super::{
     key::{Key, Kind, Range, Section},
     materials::{self, Material},
     pairs, pour,
+    problems::quoted,
     reader::Table,
     start::{START, Starting},
     units::{ACCELERATION, NUMBER, TEMPERATURE, TIME},
@@ -171,7 +172,7 @@ pub(super) struct Bodies<'d> {
 /// A property of the particles' material, reported where it is missing.
 pub(super) fn property(table: &Table<'_>, material: &(String, Material), name: &str, value: Option<f64>) -> f64 {
     value.unwrap_or_else(|| {
-        let message = format!("the material {:?} has no `{name}`", material.0);
+        let message = format!("the material {} has no `{name}`", quoted(&material.0));
         table.reject_with(&MATERIAL, message, Some(format!("add `{name}` to [materials.{}]", material.0)));
         f64::NAN
     })

@@ -2,7 +2,7 @@
 
 use super::{
     key::{Key, Kind, Section},
-    problems::{Mistake, Place, nearest},
+    problems::{Mistake, Place, nearest, quoted},
     tree::{Entry, Item, Node},
 };
 
@@ -86,7 +86,12 @@ pub(super) fn merge(entries: &mut Vec<Entry>) -> Vec<Mistake> {
             let known = format!("presets of this scene are {}", names.join(", "));
             let near = nearest(&name, names.iter().map(String::as_str));
             let hint = near.map_or(known, |near| format!("did you mean \"{near}\"?"));
-            mistakes.push(mistake(place, PRESET.name.into(), format!("no preset is called {name:?}"), Some(hint)));
+            mistakes.push(mistake(
+                place,
+                PRESET.name.into(),
+                format!("no preset is called {}", quoted(&name)),
+                Some(hint),
+            ));
         }
     }
     mistakes

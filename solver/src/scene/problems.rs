@@ -1,6 +1,6 @@
 //! Everything wrong with a scene, in one go: each mistake with its place, its key, and what was expected.
 
-use std::fmt;
+use std::{borrow::Cow, fmt};
 
 /// All mistakes of a scene, in the order of the file; those of `--set` follow.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -35,13 +35,21 @@ impl fmt::Display for Problem {
 
 impl fmt::Display for Problems {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (index, problem) in self.list.iter().enumerate() {
+        for (index, problem) in self.list.iter().take(TOLD).enumerate() {
             let separator = if index == 0 { "" } else { "\n" };
             write!(f, "{separator}{problem}")?;
         }
-        Ok(())
+        match self.list.len().saturating_sub(TOLD) {
+            0 => Ok(()),
+            more => write!(f, "\n(and {more} more mistakes)"),
+        }
     }
 }
+
+/// Mistakes that a message tells; the rest are counted.
+const TOLD: usize = 100;
+/// Characters of one message: what quotes its values needs a few hundred.
+const MESSAGE: usize = 2000;
 
 /// Where something in a scene was written; lines come before overrides.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -71,18 +79,66 @@ impl Problems {
         });
         let location = |place| match place {
             Place::Line(line) => format!("{file}:{line}"),
-            Place::Set(index) => format!("--set {}", overrides.get(index).map_or("", |(key, _)| key)),
+            Place::Set(index) => {
+                let key = overrides.get(index).map_or_else(String::new, |(key, _)| at_most(key.clone(), MESSAGE / 10));
+                format!("--set {key}")
+            }
         };
-        let problem = |Mistake { place, key, message, hint }| Problem { location: location(place), key, message, hint };
+        let problem = |Mistake { place, key, message, hint }| Problem {
+            location: location(place),
+            key: at_most(key, MESSAGE / 10),
+            message: at_most(message, MESSAGE),
+            hint: hint.map(|hint| at_most(hint, MESSAGE)),
+        };
         Self { list: mistakes.into_iter().map(problem).collect() }
+    }
+}
+
+/// The first characters of a text, and a mark where there are more.
+fn at_most(mut text: String, characters: usize) -> String {
+    if let Some((end, _)) = text.char_indices().nth(characters) {
+        text.truncate(end);
+        text.push('\u{2026}');
+    }
+    text
+}
+
+/// Characters of a value that a message quotes.
+const QUOTED: usize = 60;
+
+/// A user's text as messages quote it: up to 60 characters, else how it begins and how long it is; on one line, without
+/// characters that command a terminal.
+pub(crate) fn cut(text: &str) -> Cow<'_, str> {
+    let end = text.char_indices().nth(QUOTED).map(|(at, _)| at);
+    let kept = &text[..end.unwrap_or(text.len())];
+    let shown = match kept.chars().any(char::is_control) {
+        true => {
+            kept.chars().flat_map(|c| if c.is_control() { c.escape_default().collect() } else { vec![c] }).collect()
+        }
+        false => Cow::Borrowed(kept),
+    };
+    match end {
+        None => shown,
+        Some(_) => format!("{shown}\u{2026} ({} characters)", text.chars().count()).into(),
+    }
+}
+
+/// As [`cut`], in quotes.
+pub(crate) fn quoted(text: &str) -> String {
+    match text.char_indices().nth(QUOTED) {
+        None => format!("{text:?}"),
+        Some((end, _)) => format!("{:?}\u{2026} ({} characters)", &text[..end], text.chars().count()),
     }
 }
 
 /// The name nearest to a mistyped one, where one is near: at most a third of its letters differ.
 pub(super) fn nearest<'n>(typed: &str, names: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
-    let near = (typed.chars().count() / 3).max(1);
+    let length = typed.chars().count();
+    let near = (length / 3).max(1);
     names
         .into_iter()
+        // Names that differ in length by more are not near, and comparing long ones takes long.
+        .filter(|name| name.chars().count().abs_diff(length) <= near)
         .map(|name| (distance(typed, name), name))
         .filter(|(distance, _)| *distance <= near)
         .min_by_key(|(distance, _)| *distance)

@@ -11,7 +11,7 @@ use super::{
     files::{ReadFile, Reader},
     key::{Fallback, Key, Kind, Range, Section},
     over_temperature,
-    problems::{Mistake, Place, nearest},
+    problems::{Mistake, Place, cut, nearest, quoted},
     tree::{self, Entry, Item, Node},
     units::{self, Quantity},
 };
@@ -137,6 +137,14 @@ impl<'d> Table<'d> {
         identify(self.log, &self.path_of(key.name), &exact);
         let value = Value { path: self.path_of(key.name), value: shown, si, is_default, doc: key.doc };
         self.log.values.borrow_mut().push(value);
+    }
+
+    /// Adds a remark to a value as `check` shows it.
+    pub fn remark(&self, key: &Key, remark: &str) {
+        let path = self.path_of(key.name);
+        if let Some(value) = self.log.values.borrow_mut().iter_mut().rev().find(|value| value.path == path) {
+            value.value += &format!(" ({remark})");
+        }
     }
 
     /// Reports a key that must be given and is not, unless a mistyped one was surely meant to be it.
@@ -311,7 +319,7 @@ impl<'d> Table<'d> {
             Ok(contents) => Some((path, contents)),
             Err(error) => {
                 let hint = "a relative path begins at the folder of the scene".into();
-                self.reject_with(key, format!("cannot read {path:?}: {error}"), Some(hint));
+                self.reject_with(key, format!("cannot read {}: {error}", quoted(&path)), Some(hint));
                 None
             }
         }
@@ -530,24 +538,27 @@ fn text(node: &Node) -> Result<String, Mismatch> {
 pub(super) fn si_value(node: &Node, quantity: &Quantity) -> Result<(f64, String), Mismatch> {
     let text = match &node.item {
         // Every whole number a scene can sensibly hold is exact in binary64.
-        Item::Integer(value, spelling) => return Ok((*value as f64, spelling.clone())),
-        Item::Float(value, spelling) => return Ok((*value, spelling.clone())),
+        Item::Integer(value, spelling) => return Ok((*value as f64, cut(spelling).into_owned())),
+        Item::Float(value, spelling) => return Ok((*value, cut(spelling).into_owned())),
         Item::Text(text) => text,
         _ => return Err(mismatch(node)),
     };
-    let parsed = units::parse(text).map_err(|error| (format!("{text:?} ({error})"), None))?;
+    let parsed = units::parse(text).map_err(|error| (format!("{} ({error})", quoted(text)), None))?;
     // Zero is zero in every unit.
     if parsed.dimension == quantity.dimension || (!parsed.has_unit && parsed.value == 0.0) {
-        return Ok((parsed.value, text.clone()));
+        return Ok((parsed.value, cut(text).into_owned()));
     }
     if parsed.dimension == units::CHARGE.dimension && *quantity == units::TEMPERATURE {
-        return Err((format!("{text} ({})", parsed.dimension.describe()), Some(units::UnitError::Celsius.to_string())));
+        return Err((
+            format!("{} ({})", cut(text), parsed.dimension.describe()),
+            Some(units::UnitError::Celsius.to_string()),
+        ));
     }
     if parsed.has_unit {
-        return Err((format!("{text} ({})", parsed.dimension.describe()), None));
+        return Err((format!("{} ({})", cut(text), parsed.dimension.describe()), None));
     }
-    let hint = format!("write \"{text} {}\"; a number without quotes is in SI units", quantity.unit);
-    Err((format!("{text:?} without a unit"), Some(hint)))
+    let hint = format!("write \"{} {}\"; a number without quotes is in SI units", cut(text), quantity.unit);
+    Err((format!("{} without a unit", quoted(text)), Some(hint)))
 }
 
 /// The numbers a value holds, in SI units; none in a text, a choice or a flag.

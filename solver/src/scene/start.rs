@@ -7,6 +7,7 @@ use super::{
     key::{Key, Kind, Range, Section},
     materials::{self, Material},
     particle_file,
+    problems::quoted,
     reader::Table,
     units::{self, LENGTH, NUMBER, SPEED, TIME},
 };
@@ -220,13 +221,17 @@ impl<'d> Starting<'d> {
     pub fn given(self, materials: &BTreeMap<String, Material>, used: &mut Used) -> Option<Start> {
         let table = self.table;
         let unit = table.text(&UNIT);
-        let metres = units::parse(&format!("1 {unit}")).ok().filter(|parsed| parsed.dimension == LENGTH.dimension);
+        let metres = units::parse_unit(&unit).ok().filter(|parsed| parsed.dimension == LENGTH.dimension);
         if metres.is_none() {
-            table.reject(&UNIT, format!("expected a unit of length such as \"m\" or \"um\", found {unit:?}"));
+            table.reject(&UNIT, format!("expected a unit of length such as \"m\" or \"um\", found {}", quoted(&unit)));
         }
         let numbered = table.texts(&MATERIALS).unwrap_or_default();
         for name in numbered.iter().filter(|name| !materials.contains_key(*name)) {
-            table.reject_with(&MATERIALS, format!("no material is called {name:?}"), materials::known(name, materials));
+            table.reject_with(
+                &MATERIALS,
+                format!("no material is called {}", quoted(name)),
+                materials::known(name, materials),
+            );
         }
         let velocity_m_s = table.vector(&VELOCITY);
         let file = table.optional_file(&PATH);
@@ -235,6 +240,9 @@ impl<'d> Starting<'d> {
         let unit_m = metres.map_or(1.0, |metres| metres.value);
         if let Some((path, contents)) = file {
             let given = particle_file::read(&path, &contents).and_then(|read| {
+                if read.frames > 1 {
+                    table.remark(&PATH, &format!("the first of its {} frames", read.frames));
+                }
                 let mut material = |word: &str| material(word, &numbered, materials, used);
                 read.given(unit_m, velocity_m_s, &mut material)
             });
@@ -268,7 +276,7 @@ fn material(
                 Err((format!("there is no material number {word}"), Some(hint.into())))
             }
         },
-        Err(_) => Err((format!("no material is called {word:?}"), materials::known(word, materials))),
+        Err(_) => Err((format!("no material is called {}", quoted(word)), materials::known(word, materials))),
     }
 }
 

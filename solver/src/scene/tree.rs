@@ -5,7 +5,7 @@ use toml::{
     de::{DeTable, DeValue},
 };
 
-use super::problems::{Mistake, Place};
+use super::problems::{Mistake, Place, cut, quoted};
 
 /// A value and where it was written.
 #[derive(Clone, Debug)]
@@ -38,8 +38,8 @@ impl Item {
     /// How a message names the value.
     pub fn describe(&self) -> String {
         match self {
-            Self::Text(text) => format!("{text:?}"),
-            Self::Float(_, text) | Self::Integer(_, text) | Self::Date(text) => text.clone(),
+            Self::Text(text) => quoted(text),
+            Self::Float(_, text) | Self::Integer(_, text) | Self::Date(text) => cut(text).into_owned(),
             Self::Flag(flag) => flag.to_string(),
             Self::List(_) => "a list".into(),
             Self::Table(_) => "a table".into(),

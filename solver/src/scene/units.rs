@@ -1,6 +1,8 @@
-//! Quantities with units: `"25 um"`, `"15 W/(m K)"`, `"1.8e-5 Pa s"`, read into SI.
+//! Quantities: what the numbers of a scene measure, and their SI units. [`parse`] reads them from texts.
 
-use crate::math;
+mod text;
+
+pub use text::{Parsed, UnitError, parse, parse_unit};
 
 /// Exponents of the SI base units a quantity is made of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -202,251 +204,6 @@ impl Dimension {
     }
 }
 
-/// A quantity as read.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Parsed {
-    /// Its value in SI units; finite.
-    pub value: f64,
-    /// Its dimension.
-    pub dimension: Dimension,
-    /// False where no unit was written.
-    pub has_unit: bool,
-}
-
-/// Why a text is no quantity; reads as a remark behind the text.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum UnitError {
-    /// It does not start with a number.
-    #[error("not a number with a unit")]
-    NoNumber,
-    /// The number does not fit into binary64.
-    #[error("too large a number")]
-    TooLarge,
-    /// A unit that is not known.
-    #[error("no unit is called `{0}`")]
-    Unknown(String),
-    /// Degrees Celsius: an offset scale, which does not combine with others.
-    #[error("temperatures are in kelvin: 20 degrees Celsius are 293.15 K")]
-    Celsius,
-    /// The unit's parts do not fit together.
-    #[error("the unit `{0}` cannot be read")]
-    Malformed(String),
-}
-
-/// Reads a number with a unit, or without one.
-///
-/// The decimal exponent of a prefix is applied to the number's text, so `"25 um"` and `2.5e-5` are the same bits.
-///
-/// # Errors
-/// The text does not start with a finite number, or its unit is not known.
-pub fn parse(text: &str) -> Result<Parsed, UnitError> {
-    let text = text.trim();
-    let (mantissa, exponent, rest) = split_number(text).ok_or(UnitError::NoNumber)?;
-    let unit_text = rest.trim();
-    let mut cursor = Cursor { rest: unit_text, whole: unit_text, depth: 0 };
-    let unit = cursor.product()?;
-    if !cursor.rest.is_empty() {
-        return Err(cursor.malformed());
-    }
-    let number: f64 = format!("{mantissa}e{}", exponent.saturating_add(i64::from(unit.exponent)))
-        .parse()
-        .map_err(|_| UnitError::NoNumber)?;
-    let value = number * unit.factor;
-    if !value.is_finite() {
-        return Err(UnitError::TooLarge);
-    }
-    Ok(Parsed { value, dimension: unit.dimension, has_unit: !unit_text.is_empty() })
-}
-
-/// Splits a text into mantissa, decimal exponent and the rest.
-fn split_number(text: &str) -> Option<(&str, i64, &str)> {
-    let digits = |from: usize| from + text[from..].bytes().take_while(u8::is_ascii_digit).count();
-    let start = usize::from(text.starts_with(['+', '-']));
-    let mut end = digits(start);
-    let mut count = end - start;
-    if text[end..].starts_with('.') {
-        let fraction = digits(end + 1);
-        count += fraction - end - 1;
-        end = fraction;
-    }
-    if count == 0 {
-        return None;
-    }
-    let mantissa = &text[..end];
-    // An `e` that no digits follow belongs to the unit.
-    if text[end..].starts_with(['e', 'E']) {
-        let sign = end + 1 + usize::from(text[end + 1..].starts_with(['+', '-']));
-        let stop = digits(sign);
-        if stop > sign {
-            return Some((mantissa, text[end + 1..stop].parse().ok()?, &text[stop..]));
-        }
-    }
-    Some((mantissa, 0, &text[end..]))
-}
-
-/// A unit: `factor` × 10^`exponent` of the SI unit of its dimension.
-#[derive(Clone, Copy)]
-struct Unit {
-    dimension: Dimension,
-    exponent: i32,
-    factor: f64,
-}
-
-impl Unit {
-    const ONE: Self = Self { dimension: Dimension::ONE, exponent: 0, factor: 1.0 };
-}
-
-/// Units that take prefixes: symbol, quantity's exponents (m, kg, s, K, A), power of ten to SI.
-const PREFIXED: [(&str, [i32; 5], i32); 14] = [
-    ("m", [1, 0, 0, 0, 0], 0),
-    ("g", [0, 1, 0, 0, 0], -3),
-    ("s", [0, 0, 1, 0, 0], 0),
-    ("K", [0, 0, 0, 1, 0], 0),
-    ("N", [1, 1, -2, 0, 0], 0),
-    ("Pa", [-1, 1, -2, 0, 0], 0),
-    ("J", [2, 1, -2, 0, 0], 0),
-    ("W", [2, 1, -3, 0, 0], 0),
-    ("Hz", [0, 0, -1, 0, 0], 0),
-    ("A", [0, 0, 0, 0, 1], 0),
-    ("C", [0, 0, 1, 0, 1], 0),
-    ("V", [2, 1, -3, 0, -1], 0),
-    ("T", [0, 1, -2, 0, -1], 0),
-    ("S", [-2, -1, 3, 0, 2], 0),
-];
-
-/// Prefixes and their powers of ten; micro is also written with the micro sign and with the Greek letter.
-const PREFIXES: [(char, i32); 11] = [
-    ('p', -12),
-    ('n', -9),
-    ('u', -6),
-    ('\u{b5}', -6),
-    ('\u{3bc}', -6),
-    ('m', -3),
-    ('c', -2),
-    ('k', 3),
-    ('M', 6),
-    ('G', 9),
-    ('T', 12),
-];
-
-fn named_unit(name: &str) -> Result<Unit, UnitError> {
-    let base = |name: &str| PREFIXED.iter().find(|unit| unit.0 == name);
-    let unit = |&(_, [m, kg, s, k, a], exponent): &(&str, [i32; 5], i32), prefix: i32| Unit {
-        dimension: Dimension { m, kg, s, k, a },
-        exponent: exponent + prefix,
-        factor: 1.0,
-    };
-    let time = |factor| Unit { dimension: TIME.dimension, exponent: 0, factor };
-    match name {
-        "min" => return Ok(time(60.0)),
-        "h" => return Ok(time(3600.0)),
-        "\u{b0}C" | "degC" | "celsius" | "Celsius" => return Err(UnitError::Celsius),
-        _ => {}
-    }
-    if let Some(known) = base(name) {
-        return Ok(unit(known, 0));
-    }
-    let mut letters = name.chars();
-    let prefix = letters.next().and_then(|letter| PREFIXES.iter().find(|prefix| prefix.0 == letter));
-    match (prefix, base(letters.as_str())) {
-        (Some(&(_, power)), Some(known)) => Ok(unit(known, power)),
-        _ => Err(UnitError::Unknown(name.into())),
-    }
-}
-
-/// Reads a unit: factors joined by spaces, `*` and `/` (which divides by the next factor only), powers, parentheses.
-struct Cursor<'t> {
-    rest: &'t str,
-    whole: &'t str,
-    depth: u32,
-}
-
-impl Cursor<'_> {
-    fn malformed(&self) -> UnitError {
-        UnitError::Malformed(self.whole.into())
-    }
-
-    fn take(&mut self, symbols: &[char]) -> Option<char> {
-        self.rest = self.rest.trim_start();
-        let symbol = self.rest.chars().next().filter(|c| symbols.contains(c))?;
-        self.rest = &self.rest[symbol.len_utf8()..];
-        Some(symbol)
-    }
-
-    fn product(&mut self) -> Result<Unit, UnitError> {
-        let mut product = Unit::ONE;
-        loop {
-            let operator = self.take(&['/', '*', '\u{b7}', '\u{22c5}']);
-            if operator.is_none() && (self.rest.is_empty() || self.rest.starts_with(')')) {
-                return Ok(product);
-            }
-            let factor = self.factor()?;
-            product = self.multiply(product, factor, if operator == Some('/') { -1 } else { 1 })?;
-        }
-    }
-
-    fn factor(&mut self) -> Result<Unit, UnitError> {
-        let unit = if self.take(&['(']).is_some() {
-            // Nesting deeper than any unit needs would only serve to exhaust the stack.
-            self.depth += 1;
-            if self.depth > 4 {
-                return Err(self.malformed());
-            }
-            let inner = self.product()?;
-            self.take(&[')']).ok_or_else(|| self.malformed())?;
-            self.depth -= 1;
-            inner
-        } else if self.take(&['1']).is_some() {
-            Unit::ONE
-        } else {
-            let end = self.rest.find(|c: char| !c.is_alphabetic() && c != '\u{b0}').unwrap_or(self.rest.len());
-            let (name, rest) = self.rest.split_at(end);
-            if name.is_empty() {
-                return Err(self.malformed());
-            }
-            self.rest = rest;
-            named_unit(name)?
-        };
-        let power = self.power()?;
-        self.multiply(Unit::ONE, unit, power)
-    }
-
-    /// `^2`, `^-1`, `²`, `³`, or the digit of `m2`; 1 where there is none.
-    fn power(&mut self) -> Result<i32, UnitError> {
-        for (symbol, power) in [('\u{b2}', 2), ('\u{b3}', 3)] {
-            if let Some(rest) = self.rest.strip_prefix(symbol) {
-                self.rest = rest;
-                return Ok(power);
-            }
-        }
-        let marked = self.rest.strip_prefix('^');
-        let digits = marked.unwrap_or(self.rest);
-        let negative = marked.and_then(|rest| rest.strip_prefix('-'));
-        let digits = negative.unwrap_or(digits);
-        match digits.chars().next().and_then(|c| c.to_digit(10)) {
-            Some(digit) => {
-                self.rest = &digits[1..];
-                let power = i32::try_from(digit).map_err(|_| self.malformed())?;
-                Ok(if negative.is_some() { -power } else { power })
-            }
-            None if marked.is_some() => Err(self.malformed()),
-            None => Ok(1),
-        }
-    }
-
-    fn multiply(&self, left: Unit, right: Unit, power: i32) -> Result<Unit, UnitError> {
-        let dimension = left.dimension.combine(right.dimension, power);
-        let exponent = left.exponent + power * right.exponent;
-        // No quantity comes near these bounds, which keep the exponents from overflowing.
-        let largest =
-            [dimension.m, dimension.kg, dimension.s, dimension.k, dimension.a].map(i32::abs).into_iter().max();
-        if largest.unwrap_or(0) > 60 || exponent.abs() > 300 {
-            return Err(self.malformed());
-        }
-        Ok(Unit { dimension, exponent, factor: left.factor * math::powi(right.factor, power) })
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
@@ -509,8 +266,83 @@ mod tests {
         assert_eq!(parse("1e999 m"), Err(UnitError::TooLarge));
         assert_eq!(parse("3 furlong"), Err(UnitError::Unknown("furlong".into())));
         assert_eq!(parse("20 \u{b0}C"), Err(UnitError::Celsius));
-        for text in ["1 m/", "1 (m", "1 m)", "1 m^", "1 ((((((m))))))", "1 m^9^9", "1 (m^9)^9"] {
-            assert!(matches!(parse(text), Err(UnitError::Malformed(_))), "{text}");
+        for text in ["1e-400 m", "0.0001e-400", "1e-99999999999999999999 m"] {
+            assert_eq!(parse(text), Err(UnitError::TooSmall), "{text}");
+        }
+        assert_eq!(parse("1e99999999999999999999 m"), Err(UnitError::TooLarge));
+        assert_eq!(parse("0e-400 m").map(|parsed| parsed.value), Ok(0.0));
+        for text in [
+            "1 m/",
+            "1 (m",
+            "1 m)",
+            "1 m^",
+            "1 um^-",
+            "1 m^ 2",
+            "1 m^0",
+            "1 m0",
+            "1 m//s",
+            "1 m/1",
+            "1 m/1/s",
+            "1 ()",
+            "1 m ()",
+            "1 ((((((m))))))",
+            "1 m^9^9",
+            "1 (m^9)^9",
+            "1 m^12",
+            "1 m s-1",
+            "1 m,",
+            "1 m 2",
+            "1 m .5",
+            "1/1 m",
+            "1 % m",
+        ] {
+            assert!(matches!(parse(text), Err(UnitError::Malformed(_))), "{text}: {:?}", parse(text));
+        }
+        for text in
+            ["inf m", "nan K", "-inf", "- 5 m", "+-5 m", "\u{ff11} m", "\u{2212}5 m", "m", "e5 m", "^-6 m", ",5 m"]
+        {
+            assert_eq!(parse(text), Err(UnitError::NoNumber), "{text}");
+        }
+        assert_eq!(parse_unit(""), Err(UnitError::Malformed(String::new())));
+        assert!(matches!(parse_unit("5 um"), Err(UnitError::SecondNumber(_))));
+        assert_eq!(parse_unit("um").map(|unit| unit.value), Ok(1e-6));
+    }
+
+    /// A space between thousands, a decimal comma, a power of ten: each was once read as the number before it.
+    #[test]
+    fn a_number_in_pieces_is_refused_whole() {
+        for (text, rest) in [
+            ("1 15 us", "15 us"),
+            ("1 121 um", "121 um"),
+            ("1\u{a0}121 um", "121 um"),
+            ("1\u{202f}121 um", "121 um"),
+            ("2 151 K", "151 K"),
+            ("5 5", "5"),
+            ("5 1", "1"),
+            ("5 1 m", "1 m"),
+            ("1e3 1e3 m", "1e3 m"),
+            ("10^-6 m", "^-6 m"),
+            ("1_000 um", "_000 um"),
+            ("1,5 mm", ",5 mm"),
+            ("1'000 mm", "'000 mm"),
+            ("1.5.2 mm", ".2 mm"),
+            ("1 1/2 m", "1/2 m"),
+            ("1 \u{bd} m", "\u{bd} m"),
+            ("5 -3 m", "-3 m"),
+            ("5+3 m", "+3 m"),
+        ] {
+            match parse(text) {
+                Err(UnitError::SecondNumber(found)) => assert_eq!(found, rest, "{text}"),
+                Err(UnitError::Malformed(found)) if text.contains('/') => assert_eq!(found, rest, "{text}"),
+                other => panic!("{text}: {other:?}"),
+            }
+        }
+        let told = parse("1 121 um").unwrap_err().to_string();
+        assert!(told.starts_with("the unit `121 um` cannot be read; a number is written in one piece"), "{told}");
+        for (text, value) in
+            [("1 1/m", 1.0), ("10 1/ mm", 1e4), ("7 (1/m)", 7.0), ("2 W 1/(m K)", 2.0), ("+5m", 5.0), ("3/m", 3.0)]
+        {
+            assert_eq!(parse(text).map(|parsed| parsed.value), Ok(value), "{text}");
         }
     }
 
@@ -525,6 +357,39 @@ mod tests {
             if let Ok(parsed) = parse(&text) {
                 prop_assert!(parsed.value.is_finite());
             }
+        }
+
+        /// What is read is what the library's own parser makes of the number, and a unit of SI leaves it alone.
+        #[test]
+        fn what_is_accepted_is_the_number_it_begins_with(
+            number in "[+-]?([0-9]{1,20}([.][0-9]{0,20})?|[.][0-9]{1,20})([eE][+-]?[0-9]{1,3})?",
+            blanks in " {0,3}",
+            unit in "(m|s|K|Pa|m/s|1/m|W/(m K)|N s/m|m2|)",
+        ) {
+            let expected: f64 = number.parse().unwrap();
+            // Written together, a number and the `1` of `1/m` are one number.
+            let blanks = if unit == "1/m" { " " } else { blanks.as_str() };
+            match parse(&format!("{number}{blanks}{unit}")) {
+                Ok(parsed) => {
+                    prop_assert_eq!(parsed.value.to_bits(), expected.to_bits());
+                    let again = parse(&format!("{:e} {unit}", parsed.value)).unwrap();
+                    prop_assert_eq!(again, Parsed { has_unit: !unit.is_empty(), ..parsed });
+                }
+                Err(UnitError::TooLarge) => prop_assert!(expected.is_infinite()),
+                Err(UnitError::TooSmall) => prop_assert!(expected == 0.0),
+                Err(other) => prop_assert!(false, "{}", other),
+            }
+        }
+
+        #[test]
+        fn two_numbers_are_none(
+            first in "[+-]?[0-9]{1,4}([.][0-9]{0,3})?(e[+-]?[0-9])?",
+            blanks in "[ \t\u{a0}\u{202f}]{1,3}",
+            second in "[+-]?[0-9]{1,4}([.][0-9]{0,3})?(e[+-]?[0-9])?",
+            unit in " ?(m|um|K|us|W/(m K)|m 3|)",
+        ) {
+            let text = format!("{first}{blanks}{second}{unit}");
+            prop_assert!(parse(&text).is_err(), "{}", text);
         }
 
         #[test]

@@ -37,11 +37,16 @@ pub enum MeshError {
         /// Bytes there are.
         found: usize,
     },
-    /// ASCII STL that is no text.
-    #[error("ASCII STL expected, but line {line} is not text")]
-    NotText {
-        /// The line, from 1.
-        line: usize,
+    /// Binary STL with more behind its triangles than could be left over.
+    #[error(
+        "binary STL whose count says {count} triangles, with {more} bytes behind them, where others may stand; mend the \
+         count or cut the file"
+    )]
+    MoreThanCounted {
+        /// Triangles by its count.
+        count: u32,
+        /// Bytes behind them.
+        more: usize,
     },
     /// A word of ASCII STL that does not belong there.
     #[error("line {line} of ASCII STL: expected {expected}, found {found}")]

@@ -10,17 +10,24 @@ const HEAD: usize = 84;
 /// Bytes of a triangle: normal and three corners in binary32, and two bytes that are not used.
 const TRIANGLE: usize = 50;
 
-/// Reads either form. A binary file is told by its length, as its header may begin with `solid` too.
+/// Reads either form. A binary file is told by its length, or by bytes that no text has, as its header may begin with
+/// `solid` too. What is left over behind the triangles it counts is no triangle: less than one, or zeros that fill a block.
 pub(super) fn read(bytes: &[u8]) -> Result<Corners, MeshError> {
     let count = bytes.get(80..HEAD).and_then(|count| count.try_into().ok()).map_or(0, u32::from_le_bytes);
     let expected = HEAD as u64 + TRIANGLE as u64 * u64::from(count);
-    if bytes.len() as u64 == expected {
-        return Ok(bytes[HEAD..].as_chunks::<TRIANGLE>().0.iter().map(triangle).collect());
-    }
-    if bytes.trim_ascii_start().starts_with(b"solid") {
+    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
+    let is_text = text.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid")) && !text.contains(&0);
+    let length = bytes.len() as u64;
+    if is_text && length != expected {
         return ascii(bytes);
     }
-    Err(MeshError::NotStl { count, expected, found: bytes.len() })
+    let Some((triangles, rest)) = usize::try_from(expected).ok().and_then(|end| bytes.split_at_checked(end)) else {
+        return Err(MeshError::NotStl { count, expected, found: bytes.len() });
+    };
+    if rest.len() >= TRIANGLE && rest.iter().any(|byte| *byte != 0) {
+        return Err(MeshError::MoreThanCounted { count, more: rest.len() });
+    }
+    Ok(triangles[HEAD..].as_chunks::<TRIANGLE>().0.iter().map(triangle).collect())
 }
 
 fn triangle(bytes: &[u8; TRIANGLE]) -> [[f64; 3]; 3] {
@@ -30,61 +37,81 @@ fn triangle(bytes: &[u8; TRIANGLE]) -> [[f64; 3]; 3] {
     std::array::from_fn(|corner| std::array::from_fn(|axis| number(3 + 3 * corner + axis)))
 }
 
+/// Reads text: any number of solids, keywords in any case, `endsolid` in one word or in two.
 fn ascii(bytes: &[u8]) -> Result<Corners, MeshError> {
     let mut corners = Corners::new();
-    let mut words = Words::new(bytes);
-    while let Some(word) = words.next()? {
-        match word {
-            // The solid's name is free text to the end of its line.
-            "solid" | "endsolid" => words.end_line(),
-            "facet" => corners.push(words.facet()?),
-            other => return Err(words.unexpected("`solid`, `facet` or `endsolid`", Some(other))),
+    let mut words = Words::new(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes));
+    let mut is_open = false;
+    while let Some(word) = words.next() {
+        match (words.keyword(word).as_str(), is_open) {
+            // The solid's name is free text to the end of its line, in whatever encoding.
+            ("solid", false) | ("endsolid", true) => {
+                words.end_line();
+                is_open = !is_open;
+            }
+            ("facet", true) => corners.push(words.facet()?),
+            (_, true) => return Err(words.unexpected("`facet` or `endsolid`", Some(word))),
+            (_, false) => return Err(words.unexpected("`solid` or the end of the file", Some(word))),
         }
     }
-    Ok(corners)
+    if is_open { Err(words.unexpected("`facet` or `endsolid`", None)) } else { Ok(corners) }
 }
 
-type Lines<'b> = std::iter::Enumerate<std::slice::Split<'b, u8, fn(&u8) -> bool>>;
-
-/// The words of an ASCII file and the lines they stand in.
+/// The words of an ASCII file and the lines they stand in; lines end with LF, CR LF, or CR alone.
 struct Words<'b> {
-    lines: Lines<'b>,
+    rest: &'b [u8],
+    /// Line of the last word.
     line: usize,
-    words: std::str::SplitAsciiWhitespace<'b>,
 }
 
 impl<'b> Words<'b> {
     fn new(bytes: &'b [u8]) -> Self {
-        let is_end: fn(&u8) -> bool = |&byte| byte == b'\n';
-        Self { lines: bytes.split(is_end).enumerate(), line: 0, words: "".split_ascii_whitespace() }
+        Self { rest: bytes, line: 1 }
     }
 
-    fn next(&mut self) -> Result<Option<&'b str>, MeshError> {
-        loop {
-            if let Some(word) = self.words.next() {
-                return Ok(Some(word));
+    fn next(&mut self) -> Option<&'b [u8]> {
+        while let Some(byte) = self.rest.first().filter(|byte| byte.is_ascii_whitespace()) {
+            self.line += usize::from(*byte == b'\n' || (*byte == b'\r' && self.rest.get(1) != Some(&b'\n')));
+            self.rest = &self.rest[1..];
+        }
+        let length = self.rest.iter().position(u8::is_ascii_whitespace).unwrap_or(self.rest.len());
+        let (word, rest) = self.rest.split_at(length);
+        self.rest = rest;
+        (!word.is_empty()).then_some(word)
+    }
+
+    /// A keyword in lower case; `end` and what it ends are one.
+    fn keyword(&mut self, word: &[u8]) -> String {
+        let lower = |word: &[u8]| String::from_utf8_lossy(word).to_ascii_lowercase();
+        let word = lower(word);
+        if word != "end" {
+            return word;
+        }
+        let (rest, line) = (self.rest, self.line);
+        match self.next().map(lower) {
+            Some(ended) if ["solid", "facet", "loop"].contains(&ended.as_str()) => word + &ended,
+            _ => {
+                (self.rest, self.line) = (rest, line);
+                word
             }
-            let Some((index, line)) = self.lines.next() else { return Ok(None) };
-            self.line = index + 1;
-            let text = std::str::from_utf8(line).map_err(|_| MeshError::NotText { line: self.line })?;
-            self.words = text.split_ascii_whitespace();
         }
     }
 
     fn end_line(&mut self) {
-        self.words = "".split_ascii_whitespace();
+        let end = self.rest.iter().position(|byte| [b'\n', b'\r'].contains(byte)).unwrap_or(self.rest.len());
+        self.rest = &self.rest[end..];
     }
 
-    fn unexpected(&self, expected: &'static str, found: Option<&str>) -> MeshError {
-        let found = found.map_or_else(|| "the end of the file".into(), |word| format!("`{word}`"));
-        MeshError::Unexpected { line: self.line, expected, found }
+    fn unexpected(&self, expected: &'static str, found: Option<&[u8]>) -> MeshError {
+        let shown = |word: &[u8]| format!("`{}`", String::from_utf8_lossy(&word[..word.len().min(60)]).escape_debug());
+        MeshError::Unexpected { line: self.line, expected, found: found.map_or("the end of the file".into(), shown) }
     }
 
     /// Steps over words that must come next.
-    fn expect(&mut self, expected: &[&'static str], shown: &'static str) -> Result<(), MeshError> {
-        for &word in expected {
-            let found = self.next()?;
-            if found != Some(word) {
+    fn expect(&mut self, expected: &[&str], shown: &'static str) -> Result<(), MeshError> {
+        for &keyword in expected {
+            let found = self.next();
+            if found.map(|word| self.keyword(word)).as_deref() != Some(keyword) {
                 return Err(self.unexpected(shown, found));
             }
         }
@@ -94,11 +121,9 @@ impl<'b> Words<'b> {
     fn vector(&mut self) -> Result<[f64; 3], MeshError> {
         let mut vector = [0.0; 3];
         for component in &mut vector {
-            let word = self.next()?;
-            *component = match word.map(str::parse) {
-                Some(Ok(number)) => number,
-                _ => return Err(self.unexpected("a number", word)),
-            };
+            let word = self.next();
+            let number = word.and_then(|word| std::str::from_utf8(word).ok()).and_then(|word| word.parse().ok());
+            *component = number.ok_or_else(|| self.unexpected("a number such as 1.5e-3", word))?;
         }
         Ok(vector)
     }
@@ -106,7 +131,13 @@ impl<'b> Words<'b> {
     /// A triangle behind its word `facet`.
     fn facet(&mut self) -> Result<[[f64; 3]; 3], MeshError> {
         self.expect(&["normal"], "`normal`")?;
-        self.vector()?;
+        // Not used, and where a triangle has no area often no numbers: `-nan(ind)`.
+        for _ in 0..3 {
+            let word = self.next();
+            if word.is_none_or(|word| word.eq_ignore_ascii_case(b"outer")) {
+                return Err(self.unexpected("a normal of three numbers", word));
+            }
+        }
         self.expect(&["outer", "loop"], "`outer loop`")?;
         let mut corners = [[0.0; 3]; 3];
         for corner in &mut corners {
@@ -160,15 +191,23 @@ mod tests {
         assert!(wrong(b"").contains("binary STL of 0 triangles has 84 bytes, not 0"));
         assert!(wrong(b"o cube\nv 0 0 0\n").starts_with("not an STL file"));
         for (from, to, message) in [
-            ("vertex 1e0", "vertex one", "line 5 of ASCII STL: expected a number, found `one`"),
+            ("vertex 1e0", "vertex one", "line 5 of ASCII STL: expected a number such as 1.5e-3, found `one`"),
+            ("vertex 1e0", "vertex 1.0D0", "line 5 of ASCII STL: expected a number such as 1.5e-3, found `1.0D0`"),
             ("outer loop", "outer", "line 4 of ASCII STL: expected `outer loop`, found `vertex`"),
+            ("0 0 1\n", "0 0\n", "line 3 of ASCII STL: expected a normal of three numbers, found `outer`"),
             (
                 "  endloop",
                 "  vertex 0 0 1",
                 "line 7 of ASCII STL: expected `endloop` and `endfacet` behind three vertices, found `vertex`",
             ),
             ("   vertex 1e0 0 0\n", "", "line 6 of ASCII STL: expected `vertex`, three to a facet, found `endloop`"),
-            ("endsolid", "end", "line 9 of ASCII STL: expected `solid`, `facet` or `endsolid`, found `end`"),
+            ("endsolid", "end", "line 9 of ASCII STL: expected `facet` or `endsolid`, found `end`"),
+            ("endsolid", "solid", "line 9 of ASCII STL: expected `facet` or `endsolid`, found `solid`"),
+            (
+                "endsolid a part of mine\n",
+                "",
+                "line 9 of ASCII STL: expected `facet` or `endsolid`, found the end of the file",
+            ),
             (
                 " endfacet\nendsolid a part of mine\n",
                 "",
@@ -177,9 +216,35 @@ mod tests {
         ] {
             assert_eq!(wrong(ONE.replacen(from, to, 1).as_bytes()), message);
         }
-        let mut bytes = ONE.as_bytes().to_vec();
-        let at = bytes.len() - 20;
-        bytes[at] = 0xff;
-        assert_eq!(wrong(&bytes), "ASCII STL expected, but line 9 is not text");
+    }
+
+    #[test]
+    fn dialects_that_others_read_are_read() {
+        let corners = read(ONE.as_bytes()).unwrap();
+        let mut named = ONE.as_bytes().to_vec();
+        // A name in another encoding, as Windows writes it.
+        named[8] = 0xe9;
+        for text in [
+            ONE.to_ascii_uppercase().into_bytes(),
+            ONE.replace('\n', "\r").into_bytes(),
+            ONE.replace("end", "end ").into_bytes(),
+            ONE.replace("normal 0 0 1", "normal -nan(ind) 1.#QNAN inf").into_bytes(),
+            format!("\u{feff}\n {ONE}").into_bytes(),
+            named,
+        ] {
+            assert_eq!(read(&text).as_ref(), Ok(&corners), "{}", String::from_utf8_lossy(&text));
+        }
+        let two = read(format!("{ONE}\n{ONE}").as_bytes()).unwrap();
+        assert_eq!(two, [corners.clone(), corners.clone()].concat());
+        let single = [[[0f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.5, 0.0]]];
+        for header in ["solid by a program", "SOLID", "\u{e9}"] {
+            let file = binary(header.as_bytes(), &single);
+            for more in [vec![0; 3], b"\n".to_vec(), vec![7; 49], vec![0; 1000]] {
+                assert_eq!(read(&[file.clone(), more].concat()).as_ref(), Ok(&corners), "{header}");
+            }
+            // What may hold a triangle that the count has forgotten is not left away.
+            let more = [file, vec![7; 50]].concat();
+            assert_eq!(read(&more), Err(MeshError::MoreThanCounted { count: 1, more: 50 }));
+        }
     }
 }

@@ -2,10 +2,11 @@
 
 mod csv;
 mod vtk_legacy;
+mod vtk_number;
 mod vtk_xml;
 mod xyz;
 
-use super::problems::nearest;
+use super::problems::{cut, nearest, quoted};
 use crate::physics::particles::Start;
 
 /// Mistakes of one file that are told; the rest are counted.
@@ -15,6 +16,23 @@ const TOLD: usize = 5;
 const REQUIRED: [&str; 4] = ["x", "y", "z", "radius"];
 const VELOCITY: [&str; 3] = ["vx", "vy", "vz"];
 const MATERIAL: &str = "material";
+
+/// Other names, in lower case, and the columns they stand for.
+const ALIASES: [(&str, &[&str]); 10] = [
+    ("pos", REQUIRED.split_at(3).0),
+    ("position", REQUIRED.split_at(3).0),
+    ("positions", REQUIRED.split_at(3).0),
+    ("points", REQUIRED.split_at(3).0),
+    ("velo", &VELOCITY),
+    ("vel", &VELOCITY),
+    ("velocity", &VELOCITY),
+    ("velocities", &VELOCITY),
+    ("radius", REQUIRED.split_at(3).1),
+    ("radii", REQUIRED.split_at(3).1),
+];
+
+/// Values that one array may have: a file that promises more is refused before memory is asked for.
+const MOST_VALUES: usize = 1 << 30;
 
 /// Values under one name, by row.
 #[derive(Debug)]
@@ -29,6 +47,8 @@ pub(super) struct Columns {
     columns: Vec<(String, Values)>,
     /// The line of each row, where rows are lines.
     lines: Vec<usize>,
+    /// States one after the other in the file, of which the first is read; 0 where the format has one only.
+    pub frames: usize,
 }
 
 /// A mistake in a file.
@@ -70,7 +90,7 @@ pub(super) type FindMaterial<'f> = &'f mut dyn FnMut(&str) -> Result<u16, (Strin
 
 /// Reads a file by what its name ends with.
 pub(super) fn read(path: &str, contents: &[u8]) -> Result<Columns, Faults> {
-    let text = || std::str::from_utf8(contents).map_err(|_| Faults::one(None, "expected text in UTF-8"));
+    let text = || text(contents);
     match path.rsplit_once('.').map(|(_, end)| end.to_ascii_lowercase()).as_deref() {
         Some("csv") => csv::read(text()?),
         Some("xyz" | "extxyz") => xyz::read(text()?),
@@ -80,31 +100,94 @@ pub(super) fn read(path: &str, contents: &[u8]) -> Result<Columns, Faults> {
     }
 }
 
+/// The text of a file, without the byte order mark that some programs begin it with.
+fn text(contents: &[u8]) -> Result<&str, Faults> {
+    if contents.starts_with(&[0xff, 0xfe]) || contents.starts_with(&[0xfe, 0xff]) {
+        return Err(Faults::one(Some(1), "expected text in UTF-8, found UTF-16: save it as UTF-8"));
+    }
+    let text = std::str::from_utf8(contents).map_err(|error| {
+        let line = 1 + contents[..error.valid_up_to()].iter().filter(|byte| **byte == b'\n').count();
+        Faults::one(Some(line), "expected text in UTF-8, found other bytes: save it as UTF-8")
+    })?;
+    Ok(text.strip_prefix('\u{feff}').unwrap_or(text))
+}
+
+/// The lines of a text with their numbers, from 1: they end with LF, CR LF, or CR alone.
+fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    let mut rest = Some(text);
+    (1..).zip(std::iter::from_fn(move || {
+        let text = rest.filter(|text| !text.is_empty())?;
+        let Some(end) = text.find(['\n', '\r']) else { return rest.take() };
+        let length = if text[end..].starts_with("\r\n") { 2 } else { 1 };
+        rest = Some(&text[end + length..]);
+        Some(&text[..end])
+    }))
+}
+
+/// What to do about a word that should be a number, where that can be told.
+fn hint_for_number(word: &str) -> Option<String> {
+    let reads = |from: &[char], to: &str| word.replace(from, to).parse::<f64>().is_ok();
+    if word.matches(',').count() == 1 && reads(&[','], ".") {
+        return Some(format!("write a point, not a comma: {}", cut(&word.replace(',', "."))));
+    }
+    if reads(&['d', 'D'], "e") {
+        return Some(format!(
+            "write the exponent with e, not with Fortran's d: {}",
+            cut(&word.replace(['d', 'D'], "e"))
+        ));
+    }
+    None
+}
+
 /// Whether a column of this name means something to particles.
 fn is_known(name: &str) -> bool {
     name == MATERIAL || REQUIRED.contains(&name) || VELOCITY.contains(&name)
 }
 
 /// The columns that a name of several components stands for; other names stand for themselves.
-fn columns_of(name: &str, components: usize) -> Vec<String> {
-    let plain = name.to_ascii_lowercase();
-    let known: &[&str] = match (plain.as_str(), components) {
-        ("pos" | "position" | "positions" | "points", 3) => &REQUIRED[..3],
-        ("velo" | "vel" | "velocity" | "velocities", 3) => &VELOCITY,
-        ("radius" | "radii", 1) => &REQUIRED[3..],
-        (_, 1) => return vec![plain],
-        _ => return (0..components).map(|component| format!("{plain}.{component}")).collect(),
+///
+/// # Errors
+/// A name that means something to particles, with another number of components.
+fn columns_of(name: &str, components: usize) -> Result<Vec<String>, String> {
+    let plain = name.trim().to_lowercase();
+    let columns: Vec<String> = match ALIASES.iter().find(|(alias, _)| *alias == plain) {
+        Some((_, columns)) => columns.iter().map(|name| (*name).to_owned()).collect(),
+        None if components == 1 || is_known(&plain) => vec![plain],
+        None => return Ok((0..components).map(|component| format!("{plain}.{component}")).collect()),
     };
-    known.iter().map(|name| (*name).to_owned()).collect()
+    if columns.len() == components {
+        return Ok(columns);
+    }
+    let (expected, found) = (columns.len(), components);
+    Err(format!("`{}` stands for {}: expected {expected} components, found {found}", cut(name), columns.join(", ")))
 }
 
 impl Columns {
-    /// Adds the columns of one array of points, given row by row.
-    fn push_array(&mut self, name: &str, components: usize, values: &[f64]) {
-        for (component, column) in columns_of(name, components).into_iter().enumerate() {
-            let values = values.iter().skip(component).step_by(components.max(1)).copied().collect();
-            self.columns.push((column, Values::Numbers(values)));
+    /// Adds a column; two of one name, in whatever case, are a mistake. Those without a name are left out.
+    fn push(&mut self, name: String, values: Values) -> Result<(), String> {
+        if name.is_empty() {
+            return Ok(());
         }
+        if self.find(&name).is_some() {
+            return Err(format!("expected one column `{}`, found two (case does not matter)", cut(&name)));
+        }
+        self.columns.push((name, values));
+        Ok(())
+    }
+
+    /// Adds the columns of one array of points, given row by row.
+    fn push_array(&mut self, name: &str, components: usize, values: &[f64]) -> Result<(), String> {
+        for (component, column) in columns_of(name, components)?.into_iter().enumerate() {
+            let values = values.iter().skip(component).step_by(components.max(1)).copied().collect();
+            self.push(column, Values::Numbers(values))?;
+        }
+        Ok(())
+    }
+
+    /// Adds an array of VTK's point data. Where particles are is said by the points alone.
+    fn push_point_data(&mut self, name: &str, components: usize, values: &[f64]) -> Result<(), String> {
+        let is_place = columns_of(name, components)?.iter().any(|column| REQUIRED[..3].contains(&column.as_str()));
+        if is_place { Ok(()) } else { self.push_array(name, components, values) }
     }
 
     fn find(&self, name: &str) -> Option<&Values> {
@@ -198,10 +281,20 @@ impl Columns {
                 continue;
             }
             let found: Vec<&str> = names().collect();
-            let hint = meant.map(|meant| format!("did you mean `{wanted}` where the file has `{meant}`?"));
-            let found = if found.is_empty() { "none".into() } else { found.join(", ") };
-            faults.push(None, format!("expected a column `{wanted}`, found {found}"), hint);
+            let hint = meant.map(|meant| format!("did you mean `{wanted}` where the file has `{}`?", cut(meant)));
+            faults.push(None, format!("expected a column `{wanted}`, found {}", shortened(&found)), hint);
         }
+    }
+}
+
+/// Names of columns as a message lists them.
+fn shortened(names: &[&str]) -> String {
+    const LISTED: usize = 20;
+    let listed: Vec<_> = names.iter().take(LISTED).map(|name| cut(name)).collect();
+    match names.len() {
+        0 => "none".into(),
+        count if count > LISTED => format!("{} and {} more", listed.join(", "), count - LISTED),
+        _ => listed.join(", "),
     }
 }
 

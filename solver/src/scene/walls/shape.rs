@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::super::{
     key::{Key, Kind, Range, Section},
+    problems::quoted,
     reader::Table,
     units::{LENGTH, NUMBER},
 };
@@ -123,7 +124,7 @@ fn sides(table: Table<'_>) -> Shape {
         let face = Face::ALL.into_iter().find(|face| side(face) == name);
         if face.is_none() {
             let known = Face::ALL.map(|face| format!("{:?}", side(&face))).join(", ");
-            table.reject(&OPEN, format!("expected sides of {known}, found {name:?}"));
+            table.reject(&OPEN, format!("expected sides of {known}, found {}", quoted(&name)));
         }
         open.extend(face);
     }
@@ -157,7 +158,7 @@ fn mesh(table: Table<'_>) -> Option<Shape> {
     let unit_m = if unit_m.is_finite() { unit_m } else { 1.0 };
     let mesh = file.and_then(|(path, bytes)| {
         let mesh = Mesh::from_stl(&bytes, unit_m, at_m);
-        mesh.map_err(|error| table.reject(&FILE, format!("{path:?}: {error}"))).ok()
+        mesh.map_err(|error| table.reject(&FILE, format!("{}: {error}", quoted(&path)))).ok()
     });
     table.finish();
     mesh.map(|mesh| Shape::Mesh(Arc::new(mesh)))
