@@ -4,6 +4,7 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 pub mod advise;
+mod bounded;
 mod certificates;
 pub mod check;
 pub mod check_json;

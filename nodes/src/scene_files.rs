@@ -17,7 +17,7 @@ pub fn parse(
     recording: Option<&Path>,
 ) -> Result<Scene, Problems> {
     let read = |path: &str| {
-        let beside = std::fs::read(scene.parent().unwrap_or(Path::new("")).join(path));
+        let beside = crate::bounded::read(&scene.parent().unwrap_or(Path::new("")).join(path));
         beside.or_else(|error| match recording.map(Recording::open) {
             None => Err(error.to_string()),
             Some(Ok(recording)) => recording.info.file(path).map_err(|also| format!("{error}, and {also}")),

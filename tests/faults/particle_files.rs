@@ -43,11 +43,6 @@ pub fn five() -> (Vec<[f64; 3]>, Vec<f64>) {
     (positions, (1..=5).map(|radius| decimal(f64::from(radius), "e-4")).collect())
 }
 
-/// The five with positions as binary32 holds them.
-pub fn single(five: (Vec<[f64; 3]>, Vec<f64>)) -> (Vec<[f64; 3]>, Vec<f64>) {
-    (five.0.into_iter().map(|position| position.map(|x| f64::from(x as f32))).collect(), five.1)
-}
-
 /// Checks that a file is refused, and that the message has every one of some parts.
 pub fn refused(path: &str, contents: &[u8], parts: &[&str]) {
     match read(path, contents) {

@@ -40,7 +40,7 @@ fn a_second_number_is_no_unit() {
         "5 um^-",
     ] {
         let message = check("15 us", radius, "300 K").unwrap_err();
-        assert!(message.contains("scene.toml:4: particles.radius: "), "{radius}: {message}");
+        assert!(message.contains("scene.toml:4: particles.radius.mean: "), "{radius}: {message}");
     }
 }
 

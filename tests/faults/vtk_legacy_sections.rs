@@ -1,6 +1,6 @@
 //! Legacy VTK files that VTK writes and reads itself, and that were refused: metadata, cell data first, ids, tables of colours, texts.
 
-use super::particle_files::{five, read, refused, single};
+use super::particle_files::{five, read, refused};
 
 fn lines<T: ToString>(values: impl IntoIterator<Item = T>) -> String {
     values.into_iter().map(|value| value.to_string() + "\n").collect()
@@ -132,11 +132,14 @@ fn binary_files_hold_texts_bits_and_colours_too() {
     file.extend(b"\nflag 1 5 bit\n");
     file.extend([0b0101_0000]);
     file.extend(b"\n");
-    assert_eq!(read("a.vtk", &file), Ok(single(five())));
+    // The points are binary32, and JSON is not read to the last bit here.
+    let single =
+        |read: (Vec<[f64; 3]>, Vec<f64>)| (read.0.concat().iter().map(|x| *x as f32).collect::<Vec<_>>(), read.1);
+    assert_eq!(read("a.vtk", &file).map(single), Ok(single(five())));
     // Wherever it ends, it is refused, or whole but for what is not asked for.
     for length in (0..file.len()).step_by(17) {
         match read("a.vtk", &file[..length]) {
-            Ok(read) => assert_eq!(read, single(five()), "{length}"),
+            Ok(read) => assert_eq!(single(read), single(five()), "{length}"),
             Err(message) => assert!(message.contains("a.vtk"), "{message}"),
         }
     }
@@ -152,7 +155,7 @@ fn what_cannot_be_read_is_refused_with_its_line() {
         ),
         (data.clone() + &radius().replace("double", "real"), "expected a type such as double, found \"real\""),
         (data.clone() + &radius().replace("0.0003", "3,0e-4"), "a.vtk:26: expected a number, found \"3,0e-4\""),
-        (data.clone() + &radius().replace("0.0003\n", ""), "expected 5 numbers, found"),
+        (data.clone() + &radius().replace("0.0003\n", ""), "expected 5 numbers, found 4 and the end of the file"),
         (data.clone() + &radius() + "GARBAGE\n", "expected a section such as POINT_DATA, found \"GARBAGE\""),
         (data.clone() + &radius() + &radius().replace("radius", "Radius"), "expected one column `radius`, found two"),
         (

@@ -208,7 +208,13 @@ fn every_coding_is_read_and_a_damaged_one_refused() {
             if big { file.replace("BigEndian", "LittleEndian") } else { file.replace("LittleEndian", "BigEndian") };
         refused("a.vtp", other.as_bytes(), &["bytes of values, found a header that says"]);
         refused("a.vtp", file.replace("Float64", "Float32").as_bytes(), &["expected 60 bytes of values"]);
-        refused("a.vtp", file.replace("==", "").as_bytes(), &["the array `"]);
+        let coded = whole(&points);
+        refused(
+            "a.vtp",
+            file.replace(&coded, &coded[..coded.len() - 8]).as_bytes(),
+            &["its data are shorter than they say"],
+        );
+        refused("a.vtp", file.replace(&coded, &coded.replacen('A', "*", 1)).as_bytes(), &["its base64 is damaged"]);
     }
 }
 

@@ -12,13 +12,13 @@ import json
 import subprocess
 import sys
 import tempfile
+from importlib.metadata import version
 from pathlib import Path
 
 import ase
 import ase.io
 import meshio
 import numpy as np
-import ovito
 import pandas
 import stl
 import vtk
@@ -65,12 +65,16 @@ def start(file):
 done = []
 
 
-def check(what, file, expected):
-    """Compares what stagger reads with positions, radii, velocities and materials; None is what the file does not hold."""
+def check(what, file, expected, single=False):
+    """Compares what stagger reads with positions, radii, velocities and materials; None is what the file does not hold.
+
+    Decimal text of a single-precision array is read in double precision by stagger, in single by VTK.
+    """
     found = start(file)
     assert not isinstance(found, str), f"{what}: {found}"
     for one, other, name in zip(found, expected, ["positions", "radii", "velocities", "materials"]):
         if other is not None:
+            one = one.astype(np.float32) if single and name == "positions" else one
             assert np.array_equal(one, other), f"{what}: {name} differ\n{one}\n{other}"
     done.append(what)
 
@@ -98,7 +102,7 @@ def texts(name, values):
     return result
 
 
-def particles(data, single, rich):
+def particles(data, single, rich, xml):
     """Points with vertices and data; a rich one has everything that VTK writes beside them."""
     points = vtk.vtkPoints()
     points.SetData(array(POSITIONS.astype(np.float32 if single else np.float64), "Points"))
@@ -125,7 +129,9 @@ def particles(data, single, rich):
         on_points.SetTensors(array(random.normal(size=(COUNT, 9)), "stress"))
         on_points.SetTCoords(array(random.uniform(size=(COUNT, 2)), "texture"))
         on_points.SetGlobalIds(array(np.arange(COUNT), "ids", vtk.VTK_ID_TYPE))
-        on_points.SetPedigreeIds(texts("pedigree", [f"no {row}\n" for row in range(COUNT)]))
+        # The XML writer of VTK 9.7 crashes where these are texts.
+        names = texts("pedigree", [f"no {row}\n" for row in range(COUNT)])
+        on_points.SetPedigreeIds(array(np.arange(COUNT), "pedigree") if xml else names)
         on_points.AddArray(texts("who", ["" if row % 3 else f"a {row} ä" for row in range(COUNT)]))
         bits = vtk.vtkBitArray()
         bits.SetName("flag")
@@ -137,10 +143,9 @@ def particles(data, single, rich):
         data.GetCellData().AddArray(array(np.full(COUNT, 9.0), "radius"))
         data.GetFieldData().AddArray(array(np.array([0.25]), "TimeValue"))
         data.GetFieldData().AddArray(texts("note", ["me and you\n\nand all"]))
-        key = vtk.vtkDataArray.L2_NORM_RANGE()
+        # Asked for its range, an array remembers it as information, which is written as metadata.
         norms = array(random.normal(size=(COUNT, 3)), "normed")
         norms.GetRange(-1)
-        norms.GetInformation().Set(key, 0.0, 1.0) if hasattr(key, "Set") else None
         on_points.AddArray(norms)
     on_points.AddArray(array(RADII, "radius"))
     on_points.AddArray(array(VELOCITIES, "velocity"))
@@ -168,7 +173,7 @@ def legacy_vtk(folder):
         kinds, [False, True], [42, 51], [False, True], [False, True]
     ):
         what = f"{writer.__name__} {'binary' if binary else 'text'} {version} {single=} {rich=}"
-        data = particles(data(), single, rich)
+        data = particles(data(), single, rich, xml=False)
         writer = writer()
         file = folder / "a.vtk"
         writer.SetFileName(str(file))
@@ -179,7 +184,7 @@ def legacy_vtk(folder):
         reader = reader()
         reader.ReadAllScalarsOn(), reader.ReadAllVectorsOn(), reader.ReadAllFieldsOn()
         expected = read_again(reader, file)
-        check(what, file, expected)
+        check(what, file, expected, single and not binary)
         if binary:
             check(what, file, written(data))
 
@@ -196,7 +201,7 @@ def xml_vtk(folder):
         if rich and (wide != big or end == "vtu"):
             continue
         what = f"{make.__name__} {mode} {base64=} {packing} {wide=} {big=} {rich=}"
-        data = particles(data(), rich, rich)
+        data = particles(data(), rich, rich, xml=True)
         writer = make()
         file = folder / f"a.{end}"
         writer.SetFileName(str(file))
@@ -212,7 +217,7 @@ def xml_vtk(folder):
         if packing in ["LZ4", "LZMA"]:
             refused(what, file, f"vtk{packing}DataCompressor", "save it with zlib or unpacked")
             continue
-        check(what, file, read_again(reader(), file))
+        check(what, file, read_again(reader(), file), rich and mode == "ascii")
         if mode != "ascii":
             check(what, file, written(data))
 
@@ -306,8 +311,11 @@ def by_ovito(folder):
     columns = ["Position.X", "Position.Y", "Position.Z", "Radius", "Velocity.X", "Velocity.Y", "Velocity.Z"]
     file = folder / "o.xyz"
     export_file(pipeline, str(file), "xyz", columns=columns, precision=17)
-    again = import_file(str(file)).compute().particles
-    check("ovito", file, [again.positions[...], again["Radius"][...], again["Velocity"][...], None])
+    # Neither its writer nor its reader keeps the last bit: what counts is the text.
+    rows = np.array([[float(word) for word in line.split()] for line in file.read_text().splitlines()[2:]])
+    assert np.allclose(rows[:, :3], POSITIONS, rtol=1e-12, atol=0)
+    check("ovito", file, [rows[:, :3], rows[:, 3], rows[:, 4:], None])
+    assert np.allclose(import_file(str(file)).compute().particles.positions[...], rows[:, :3], rtol=1e-12, atol=0)
 
 
 # --- STL ---------------------------------------------------------------------------------------------------------------
@@ -381,7 +389,8 @@ def back(folder):
     frame["radius"] = RADII
     frame[["vx", "vy", "vz"]] = VELOCITIES
     frame.to_csv(folder / "s.csv", index=False)
-    (folder / "scene.toml").write_text(SCENE.format(path="s.csv"))
+    # Held particles do not move.
+    (folder / "scene.toml").write_text(SCENE.format(path="s.csv").replace('integrator = "held"', ""))
     ran = run("run", "scene.toml", "--in-process", "--record", "r.mcap", cwd=folder)
     assert ran.returncode == 0, ran.stderr
     ran = run("export", "r.mcap", "--out", "series", "--vtp", "--csv", cwd=folder)
@@ -398,8 +407,7 @@ def back(folder):
     done.append("vtk reads what stagger exports")
     check("stagger reads what stagger exports", files[0], [POSITIONS, RADII, VELOCITIES, None])
     scalars = pandas.read_csv(folder / "series" / "scalars.csv")
-    info = json.loads(run("info", "r.mcap", "--json", cwd=folder).stdout)
-    assert len(scalars) == 1 + info["accepted"]["steps"] if isinstance(info.get("accepted"), dict) else len(scalars) == 3
+    assert len(scalars) == len(files)
     lowest = scalars["field positions z: min [m]"].iloc[0]
     assert lowest == POSITIONS[:, 2].min(), (lowest, POSITIONS[:, 2].min())
     done.append("pandas reads what stagger exports")
@@ -410,5 +418,5 @@ for part in [legacy_vtk, xml_vtk, by_meshio, tables, xyz, by_ovito, surfaces, ba
         before = len(done)
         part(Path(folder))
         print(f"{part.__name__}: {len(done) - before} files")
-versions = f"vtk {vtk.VTK_VERSION}, meshio {meshio.__version__}, numpy-stl {stl.__version__}, ase {ase.__version__}"
-print(f"{len(done)} files read as their writers meant them: {versions}, pandas {pandas.__version__}, ovito {ovito.version_string}")
+versions = ", ".join(f"{name} {version(name)}" for name in ["vtk", "meshio", "numpy-stl", "ase", "ovito", "pandas"])
+print(f"{len(done)} files read as their writers meant them: {versions}")

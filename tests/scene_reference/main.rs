@@ -17,6 +17,8 @@ defaults included; `--set particles.count=200` changes one for a run. Editors co
 
 - A bare number is in SI units. A text carries its unit: `\"25 um\"`, `\"15 W/(m K)\"`, `\"9.81 m/s^2\"`; a wrong
   dimension is an error. Prefixes run from `p` to `T`; `/` divides by the one factor behind it. Temperatures are in kelvin.
+  The number is written in one piece, with a point: `\"1 121 um\"`, `\"1,5 mm\"` and `\"10^-6 m\"` are errors. `1` is a unit only
+  before `/`, as in `\"1e4 1/m\"`.
 - Where a table has a *short form*, a plain value in its place stands for the key named: `radius = \"25 um\"`.
 - A physics whose table is there runs; one whose table is not costs nothing.
 

@@ -1,5 +1,7 @@
 //! The contact laws of every pair of materials.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use super::{
     contact::{Law, Normal as _},
     settings::{ContactLaw, Friction, Settings},
@@ -65,12 +67,16 @@ impl<C> PairLaw<C> {
     }
 }
 
-/// Laws by pairs of materials; walls are materials too, after those of the particles.
+/// Laws by pairs of a particle's material and a material; walls are materials too, after those of the particles.
+///
+/// Walls that no pair names and that are of no particle's material are alike, so that many walls take no more room than one.
 #[derive(Clone, Debug)]
 pub(super) struct PairTable {
     materials: usize,
     /// Whether all laws are the same.
     alike: bool,
+    /// Those of the first particle material with all materials, of the second, …; then, where there are other materials, the
+    /// general law without a particle's.
     laws: Vec<PairLaw>,
 }
 
@@ -78,30 +84,46 @@ impl PairTable {
     /// The table of `settings`, which are in their ranges, with the materials of the walls after those of the particles.
     ///
     /// # Errors
-    /// An override names a material or wall that is not there.
+    /// An override names a material or wall that is not there; more materials than 16 bits can name.
     pub fn new(settings: &Settings, law: Law) -> Result<(Self, Vec<u16>), SolveError> {
-        let mut names: Vec<&str> = settings.materials.iter().map(|material| material.name.as_str()).collect();
-        let walls = settings.walls.iter().map(|wall| {
+        let particles = settings.materials.len();
+        let mut indices: BTreeMap<&str, usize> = BTreeMap::new();
+        for (index, material) in settings.materials.iter().enumerate() {
+            indices.entry(&material.name).or_insert(index);
+        }
+        let in_pairs: BTreeSet<&str> =
+            settings.pairs.iter().flat_map(|pair| &pair.between).map(String::as_str).collect();
+        let mut count = particles;
+        // The index of all walls that nothing is said about.
+        let mut others = None;
+        let mut next = || {
+            count += 1;
+            count - 1
+        };
+        let mut walls = Vec::with_capacity(settings.walls.len());
+        for wall in &settings.walls {
             let name = wall.material.as_deref().unwrap_or(&wall.name);
-            let known = names.iter().position(|known| *known == name);
-            known.unwrap_or_else(|| {
-                names.push(name);
-                names.len() - 1
-            }) as u16
-        });
-        let walls: Vec<u16> = walls.collect();
+            let index = match indices.get(name) {
+                Some(index) => *index,
+                None if in_pairs.contains(name) => *indices.entry(name).or_insert_with(&mut next),
+                None => *others.get_or_insert_with(&mut next),
+            };
+            walls.push(u16::try_from(index).map_err(|_| {
+                SolveError::Mismatch(format!("particles: more than {} materials and walls have pairs", u16::MAX))
+            })?);
+        }
         let of = |material: usize| settings.materials.get(material).and_then(|material| material.poisson);
         let index = |name: &str| {
-            names.iter().position(|known| *known == name).ok_or_else(|| {
+            indices.get(name).copied().ok_or_else(|| {
+                let known: Vec<&str> = indices.keys().copied().collect();
                 SolveError::Mismatch(format!(
                     "particles: no material or wall of a pair is called `{name}`; there are {}",
-                    names.join(", ")
+                    known.join(", ")
                 ))
             })
         };
-        let count = names.len();
-        let mut laws = Vec::with_capacity(count * count);
-        for i in 0..count {
+        let mut laws = Vec::with_capacity(particles * count + 1);
+        for i in 0..particles {
             for j in 0..count {
                 laws.push(general(settings, law, [of(i), of(j)]));
             }
@@ -110,14 +132,19 @@ impl PairTable {
             let (i, j) = (index(&pair.between[0])?, index(&pair.between[1])?);
             let own = pair.applied_to(settings);
             let one = general(&own, law, [of(i), of(j)]);
-            laws[i * count + j] = one;
-            laws[j * count + i] = one;
+            // Two walls do not meet.
+            for (i, j) in [(i, j), (j, i)].into_iter().filter(|(i, _)| *i < particles) {
+                laws[i * count + j] = one;
+            }
+        }
+        if count > particles {
+            laws.push(general(settings, law, [None, None]));
         }
         let alike = laws.iter().all(|law| *law == laws[0]);
         Ok((Self { materials: count, alike, laws }, walls))
     }
 
-    /// Coefficients for materials i and j.
+    /// Coefficients for a particle's material i and a material j.
     #[inline(always)]
     pub fn get(&self, i: u16, j: u16) -> &PairLaw {
         &self.laws[i as usize * self.materials + j as usize]

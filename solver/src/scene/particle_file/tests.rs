@@ -76,6 +76,8 @@ fn mistakes_name_their_line_and_what_was_expected() {
     let message = |path: &str, text: &str| given(path, text.as_bytes()).unwrap_err();
     assert!(message("a.stl", "").contains("expected a name that ends with .csv"));
     assert!(message("a.csv", "").contains("expected a line of names"));
+    assert!(message("a.xyz", "").contains("expected the number of particles"));
+    assert!(message("a.vtk", "").contains("expected `# vtk DataFile Version`"));
     assert_eq!(message("a.xyz", "many\n"), "a.xyz:1: expected the number of particles, found \"many\"");
     assert!(message("a.xyz", "1\nProperties=pos:R\n").contains("a.xyz:2: expected name:type:columns"));
     assert!(message("a.xyz", "3\nProperties=pos:R:3:radius:R:1\n0 0 0 1\n").contains("expected 3 particles, found 1"));
@@ -113,5 +115,33 @@ proptest! {
         changed.truncate(cut % length);
         let _ = given(name, &changed);
         let _ = given(name, text.as_bytes());
+    }
+
+    /// Counts that no memory holds, and words where others stood.
+    #[test]
+    fn no_numbers_or_words_make_it_panic(
+        which in 0usize..6,
+        at in 0usize..400,
+        word in prop_oneof![
+            Just("18446744073709551615"), Just("4611686018427387904"), Just("1073741824"), Just("-1"), Just("nan"), Just(""),
+            Just("\""), Just("METADATA"), Just("FIELD f 9"), Just("string"), Just("<!--"), Just("_"), Just("=="), Just("UInt64"),
+        ],
+    ) {
+        let files: [(&str, &[u8]); 6] = [
+            ("a.vtk", include_bytes!("fixtures/ascii.vtk")),
+            ("a.vtk", include_bytes!("fixtures/binary.vtk")),
+            ("a.vtp", include_bytes!("fixtures/base64-zlib.vtp")),
+            ("a.vtu", include_bytes!("fixtures/raw-big-endian.vtu")),
+            ("a.xyz", b"2\nLattice=\"1 0 0\" Properties=pos:R:3:radius:R:1\n0 0 0 1\n0 0 0 1\n"),
+            ("a.csv", b"x,y,z,radius,\"note\"\n0,0,0,1,\"a, b\"\n"),
+        ];
+        let (name, contents) = files[which];
+        // The n-th run of bytes between blanks, quotes and brackets.
+        let ends = |byte: &u8| byte.is_ascii_whitespace() || b"\"<>,:=".contains(byte);
+        let starts: Vec<usize> = (1..contents.len()).filter(|at| ends(&contents[at - 1]) && !ends(&contents[*at])).collect();
+        let start = starts[at % starts.len()];
+        let end = contents[start..].iter().position(ends).map_or(contents.len(), |length| start + length);
+        let changed = [&contents[..start], word.as_bytes(), &contents[end..]].concat();
+        let _ = given(name, &changed);
     }
 }

@@ -181,6 +181,10 @@ impl<'c> Cursor<'c> {
         let mut values = Vec::with_capacity(count);
         for _ in 0..count {
             let word = self.word_bytes();
+            if word.is_empty() {
+                let found = values.len();
+                return Err(self.wrong(&format!("expected {count} numbers, found {found} and the end of the file")));
+            }
             let value = std::str::from_utf8(word).ok().and_then(|word| word.parse().ok());
             values.push(value.ok_or_else(|| {
                 self.wrong(&format!("expected a number, found {}", quoted(&String::from_utf8_lossy(word))))
