@@ -6,7 +6,7 @@
 
 use super::program::{field, folder, summary};
 
-const SPHERE: &str = "x,y,z,radius,vx,vy,vz\n0,0,6e-05,5e-05,0,0,-0.5\n";
+const SPHERE: &str = "x,y,z,radius,vx,vy,vz\n0,0,6.0045e-05,5e-05,0,0,-0.5\n";
 
 const SCENE: &str = r#"
 duration = "0.2 ms"
