@@ -8,7 +8,7 @@ use stagger_solver::{
     coupling::{Frozen, Physics, Window},
     physics::{
         Shape, Wall,
-        thermal::{Conductance, Enthalpy, Material, PhaseChange, Phases, Settings, Solver, Table, Thermal},
+        thermal::{Conductance, Enthalpy, Material, Overshoot, PhaseChange, Phases, Settings, Solver, Table, Thermal},
     },
 };
 
@@ -83,12 +83,14 @@ fn thermal(count: usize, enthalpy: Option<Enthalpy>) -> Thermal {
         count,
         temperature_k: 300.0,
         pour_temperature_k: None,
+        start: None,
         density_kg_m3: DENSITY_KG_M3,
         heat_capacity_j_kg_k: CAPACITY_J_KG_K,
         conductivity_w_m_k: CONDUCTIVITY_W_M_K,
         conductance: Conductance::Monograph,
         walls: vec![Wall::fixed("plate", Shape::plane([0.0; 3], [0.0, 0.0, 1.0]), Some(600.0))],
         phi: 0.5,
+        overshoot: Overshoot::Implicit,
         reads_absorbed_power: true,
         reads_joule_power: false,
         reads_ids: false,

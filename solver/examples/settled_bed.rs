@@ -14,7 +14,7 @@ use stagger_solver::{
     math,
     physics::{
         particles::{Group, Particles, Radius, Start},
-        thermal::{self, Conductance, Thermal},
+        thermal::{self, Conductance, Overshoot, Thermal},
     },
 };
 
@@ -106,6 +106,8 @@ fn simulate(case: Case) -> Result<(), Box<dyn Error + Send + Sync>> {
         walls: bed::walls(width_m),
         conductance: Conductance::Constriction,
         phi: 0.5,
+        overshoot: Overshoot::Implicit,
+        start: None,
         tolerance: 1e-8,
         iterations: 100,
         reads_absorbed_power: false,

@@ -36,6 +36,7 @@ fn settings(side: u32, integrator: Integrator) -> Settings {
             velocities_m_s: (0..count).map(velocity).collect(),
             radii_m: vec![1e-3; count as usize],
             materials: vec![0; count as usize],
+            spins_rad_s: Vec::new(),
         },
         seed: 1,
         temperature_k: 300.0,

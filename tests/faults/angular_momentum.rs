@@ -51,6 +51,7 @@ fn made(lever_arm: &str) -> f64 {
         velocities_m_s: vec![[0.1, 0.0, 0.025], [-0.1, 0.0, -0.025]],
         radii_m: vec![5e-4; 2],
         materials: vec![0; 2],
+        spins_rad_s: Vec::new(),
     };
     let pair = Particles::new(Settings { start, ..settings }).unwrap();
     let (mut state, mut reply) = pair.initial().unwrap();

@@ -16,7 +16,7 @@ use stagger_solver::{
     coupling::{Frozen, Physics, Reply, Window},
     physics::{
         Shape, Wall,
-        thermal::{Conductance, Enthalpy, Material, Settings, Solver, State, Table, Thermal},
+        thermal::{Conductance, Enthalpy, Material, Overshoot, Settings, Solver, State, Table, Thermal},
     },
 };
 
@@ -44,7 +44,9 @@ fn settings(count: usize) -> Settings {
         conductance: Conductance::Monograph,
         walls: Vec::new(),
         phi: 0.5,
+        overshoot: Overshoot::Implicit,
         pour_temperature_k: None,
+        start: None,
         reads_absorbed_power: false,
         reads_joule_power: false,
         enthalpy: None,

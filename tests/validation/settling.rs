@@ -73,6 +73,7 @@ fn given(placed: start::Placed) -> Start {
         velocities_m_s: placed.velocities,
         radii_m: placed.radii,
         materials: placed.materials,
+        spins_rad_s: placed.spins,
     }
 }
 

@@ -53,10 +53,18 @@ class Thermal(Node):
         at_start, at_end = Network(self, frozen.start), Network(self, frozen.end)
 
         flow_w, start_to_walls_w = at_start.heat_flow(start_k)
-        known_j = dt_s * ((1.0 - phi) * flow_w + absorbed_w)
+        before = self.weight_of_start(start_k, at_start, flow_w, capacities_j_k, dt_s)
+        step_factor = None
+        if before < 1.0 - phi:
+            if self.settings["overshoot"] == "refuse":
+                raise ValueError(f"in a step of {dt_s} s particles would leave the temperatures around them")
+            if self.settings["overshoot"] == "smaller-step":
+                step_factor = 0.99 * (before / (1.0 - phi))
+            phi = 1.0 - before
+        known_j = dt_s * (before * flow_w + absorbed_w)
         # Each sweep takes a particle's own temperature at its new value (Jacobi), which contracts for every dt.
         contraction = 1.0 + phi * dt_s * at_end.at_particle_w_k / capacities_j_k
-        iterate_k, step_factor = start_k.copy(), None
+        iterate_k = start_k.copy()
         for sweep in range(1, self.settings["iterations"] + 1):
             flow_w, end_to_walls_w = at_end.heat_flow(iterate_k)
             temperatures_k = start_k + (known_j + phi * dt_s * flow_w) / capacities_j_k
@@ -68,10 +76,10 @@ class Thermal(Node):
             iterate_k += residual_k / contraction
         else:
             factor = (self.settings["tolerance"] / change) ** (1.0 / self.settings["iterations"])  # eq. 6.50, p = 1
-            step_factor = float(np.clip(factor, 0.1, 0.9))
+            step_factor = step_factor or float(np.clip(factor, 0.1, 0.9))
 
         # The result is the last insertion itself, so that no heat appears or vanishes whatever the tolerance.
-        to_walls_j = dt_s * (phi * end_to_walls_w + (1.0 - phi) * start_to_walls_w)
+        to_walls_j = dt_s * (phi * end_to_walls_w + before * start_to_walls_w)
         ledger = [
             stored("heat", in_order(capacities_j_k * (temperatures_k - self.settings["temperature_k"]))),
             gained("absorbed", in_order(absorbed_w * dt_s)),
@@ -79,6 +87,20 @@ class Thermal(Node):
         ]
         written = Revised(temperatures_k, frozen.end.revision("radii"))
         return temperatures_k, Reply({"temperature": written}, ledger, {"iterations": sweep}, step_factor)
+
+    def weight_of_start(self, start_k, at_start, flow_w, capacities_j_k, dt_s):
+        """1 - phi, or less where that would carry a particle beyond all that surrounds it (overshoot.rs)."""
+        wanted = 1.0 - self.settings["phi"]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            bound = capacities_j_k / (dt_s * at_start.at_particle_w_k)
+            if np.all(bound >= wanted):
+                return wanted
+            coldest_k, hottest_k = at_start.surroundings(start_k)
+            moved_j = dt_s * flow_w
+            until_k = np.where(moved_j > 0.0, hottest_k, coldest_k)
+            room = capacities_j_k * (until_k - start_k) / moved_j
+        allowed = np.where(np.isfinite(room), np.maximum(room, bound), bound)
+        return min(wanted, np.min(allowed[(bound < wanted) & (moved_j != 0.0)], initial=wanted))
 
 
 class Network:
@@ -106,6 +128,18 @@ class Network:
         into_w = np.concatenate([np.stack([flow_w, -flow_w], axis=1).ravel(), from_walls_w])
         return self.sum(into_w), -in_order(from_walls_w)
 
+    def surroundings(self, own_k):
+        """The coldest and the hottest that each particle exchanges heat with, itself included, in K."""
+        i, j = self.pairs.T
+        around = []
+        for extreme in (np.minimum, np.maximum):
+            met_k = own_k.copy()
+            extreme.at(met_k, i, own_k[j])
+            extreme.at(met_k, j, own_k[i])
+            extreme.at(met_k, self.at_wall, self.wall_k)
+            around.append(met_k)
+        return around
+
 
 def contacts(node, fields, kind):
     names = [f"{kind}_{part}" for part in ("pairs", "area", "distance")]
@@ -114,7 +148,8 @@ def contacts(node, fields, kind):
     pairs, area_m2, distance_m = (fields[name] for name in names)
     conductivity = node.settings["conductivity_w_m_k"]
     if node.settings["conductance"] == "constriction":
-        conductance_w_k = 2.0 * conductivity * np.sqrt(np.maximum(area_m2, 0.0) / np.pi)  # Holm 1967
+        half_spaces = 4.0 if kind == "wall_contact" else 2.0  # Holm 1967
+        conductance_w_k = half_spaces * conductivity * np.sqrt(np.maximum(area_m2, 0.0) / np.pi)
     else:
         conductance_w_k = conductivity * area_m2 / np.where(area_m2 > 0.0, distance_m, 1.0)  # eq. 6.35
     conducts = area_m2 > 0.0

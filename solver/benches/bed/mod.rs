@@ -80,7 +80,13 @@ pub fn walls(width_m: f64) -> Vec<Wall> {
 /// Particles given one by one, at rest in the order of `positions_m`.
 pub fn given(positions_m: Vec<[f64; 3]>, velocities_m_s: Vec<[f64; 3]>) -> Start {
     let count = positions_m.len();
-    Start::Given { positions_m, velocities_m_s, radii_m: vec![RADIUS_M; count], materials: vec![0; count] }
+    Start::Given {
+        positions_m,
+        velocities_m_s,
+        radii_m: vec![RADIUS_M; count],
+        materials: vec![0; count],
+        spins_rad_s: Vec::new(),
+    }
 }
 
 /// A loose heap of `count` particles, about 25 layers of a simple cubic lattice that is 2 % wider than they are, each a

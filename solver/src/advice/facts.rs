@@ -8,7 +8,7 @@ use crate::{
     coupling::Window,
     math,
     physics::{
-        conductance,
+        Partner, conductance,
         current::Model as CurrentModel,
         optics::{Model, Path, Settings as OpticsSettings},
         particles::{Expectation, Particles, Radius, Settings as ParticlesSettings, Start},
@@ -181,11 +181,12 @@ impl<'s> Facts<'s> {
     /// the press is not known.
     ///
     /// A contact's area grows less than in proportion to its force for every law, so that the mean over time and contacts
-    /// of the conductance is at most that at the mean force (Jensen's inequality).
+    /// of the conductance is at most that at the mean force (Jensen's inequality). A contact with a wall conducts at least as
+    /// well as one between particles.
     pub fn contact_conductance_w_k(&self, thermal: &ThermalSettings, contacts: f64, hottest_k: f64) -> Option<f64> {
         let (overlap_m, area_m2) = self.pressed(contacts, hottest_k)?;
         let [_, most] = self.conductivity_w_m_k(thermal);
-        conductance(thermal.conductance, most, area_m2, self.largest_m() - overlap_m)
+        conductance(thermal.conductance, Partner::Wall, most, area_m2, self.largest_m() - overlap_m)
     }
 
     /// Overlap in m and area in m² of one of the contacts that share the press.
@@ -246,7 +247,7 @@ impl<'s> Facts<'s> {
                     potentials().fold(f64::NEG_INFINITY, f64::max) - potentials().fold(f64::INFINITY, f64::min);
                 let contacts = self.number();
                 let (overlap_m, area_m2) = self.pressed(contacts, thermal.temperature_k)?;
-                let one_s = conductance(model, most_s_m, area_m2, self.largest_m() - overlap_m)?;
+                let one_s = conductance(model, Partner::Wall, most_s_m, area_m2, self.largest_m() - overlap_m)?;
                 let heat_j = contacts * one_s * math::powi(tension.max(0.0), 2) * on_s;
                 let lightest_kg = self.bodies.iter().map(|body| body.mass_kg).fold(f64::INFINITY, f64::min);
                 Some([heat_j / (self.mass_kg() * capacity), heat_j / (lightest_kg * capacity)])
@@ -257,7 +258,9 @@ impl<'s> Facts<'s> {
     /// Bound of the temperature that anything would have that loses no heat and changes no phase, in K; `None` where the heat
     /// is not bounded.
     pub fn hottest_without_phases_k(&self, thermal: &ThermalSettings) -> Option<f64> {
-        let walls = self.scene.walls.iter().filter_map(|wall| wall.temperature_k).fold(thermal.temperature_k, f64::max);
+        let own = thermal.start.iter().flat_map(|start| &start.temperatures_k).copied();
+        let walls = self.scene.walls.iter().filter_map(|wall| wall.temperature_k);
+        let walls = walls.chain(own).fold(thermal.temperature_k, f64::max);
         let [_, light_k] = self.light_rise_k(thermal);
         let [_, joule_k] = self.joule_rise_k(thermal)?;
         Some(walls + light_k + joule_k)

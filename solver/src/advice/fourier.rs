@@ -18,6 +18,9 @@ pub(super) fn advise(facts: &Facts<'_>) -> Vec<Advice> {
     let joule = facts.joule_rise_k(thermal);
     let ambient_k = super::radiation::exchange_k(facts, thermal, thermal.temperature_k);
     let poured_k = thermal.pour_temperature_k.map_or(0.0, |poured_k| (poured_k - thermal.temperature_k).abs());
+    // What comes with particles, of a dispenser or of a file, may go over to others.
+    let of_file = thermal.start.iter().flat_map(|start| &start.temperatures_k);
+    let poured_k = of_file.fold(poured_k, |most, own_k| most.max((own_k - thermal.temperature_k).abs()));
     let mean_k = joule.map(|[joule_k, _]| light_mean_k + wall_mean_k + joule_k + ambient_k + poured_k);
     let mean_k = mean_k.filter(|k| k.is_finite());
     let most_k = facts.hottest_k(thermal).map_or(f64::INFINITY, |hottest_k| hottest_k - thermal.temperature_k);

@@ -6,6 +6,7 @@
 
 mod beam_sampling;
 mod biot;
+mod boiling_step;
 mod charge_relaxation;
 mod contact_duration;
 mod facts;
@@ -162,7 +163,7 @@ impl Advice {
 /// The particles of the scene cannot be placed.
 pub fn advise(scene: &Scene, within: f64) -> Result<Vec<Advice>, SolveError> {
     let Some(facts) = Facts::of(scene, within)? else { return Ok(Vec::new()) };
-    let rules: [fn(&Facts<'_>) -> Vec<Advice>; 16] = [
+    let rules: [fn(&Facts<'_>) -> Vec<Advice>; 17] = [
         unread::advise,
         contact_duration::advise,
         stokes::advise,
@@ -173,6 +174,7 @@ pub fn advise(scene: &Scene, within: f64) -> Result<Vec<Advice>, SolveError> {
         radiation::advise,
         melting::advise,
         laser::advise,
+        boiling_step::advise,
         optical_depth::advise,
         beam_sampling::advise,
         moving_spot::advise,

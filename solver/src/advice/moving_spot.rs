@@ -106,7 +106,7 @@ fn beams<'f>(facts: &'f Facts<'_>) -> Vec<Sweeping<'f>> {
 }
 
 /// A longest step; the first one is at most that.
-fn steps(facts: &Facts<'_>, step_s: f64) -> Vec<Edit> {
+pub(super) fn steps(facts: &Facts<'_>, step_s: f64) -> Vec<Edit> {
     let (dt, value) = (&facts.scene.coupling.dt, format!("{step_s:.3e}"));
     // A step that does not grow is a single time in most scenes.
     if dt.start_s >= dt.limit_s {

@@ -4,7 +4,7 @@ use stagger_messages::{Fields, Measure, Port};
 
 use super::{
     checks::{field, not_physical, values},
-    conductance::{Conductance, conductance},
+    conductance::{Conductance, Partner, conductance},
 };
 use crate::SolveError;
 
@@ -37,9 +37,11 @@ pub(crate) struct Contact {
 }
 
 impl Contact {
-    /// What it conducts of heat in W/K or of current in S, by the `conductivity` in W/(m K) or S/m.
+    /// What it conducts of heat in W/K or of current in S, by the `conductivity` in W/(m K) or S/m: that of
+    /// [`Conductance::between`], or of the particle where its partner is a wall.
     pub(crate) fn conductance(&self, node: &str, model: Conductance, conductivity: f64) -> Result<f64, SolveError> {
-        conductance(model, conductivity, self.area_m2, self.distance_m)
+        let partner = if self.names == WALLS { Partner::Wall } else { Partner::Particle };
+        conductance(model, partner, conductivity, self.area_m2, self.distance_m)
             .ok_or_else(|| not_physical(node, self.names[2], self.row, self.distance_m))
     }
 }

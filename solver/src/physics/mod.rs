@@ -17,5 +17,5 @@ pub mod thermal;
 pub mod walls;
 
 pub use conductance::Conductance;
-pub(crate) use conductance::conductance;
+pub(crate) use conductance::{Partner, conductance};
 pub use walls::{Shape, Wall};

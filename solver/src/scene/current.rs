@@ -28,8 +28,12 @@ static MODEL: Key = Key::new(
 static CONDUCTANCE: Key = Key::new(
     "conductance",
     Kind::Choice(&[
-        ("monograph", "σ A/d, from contact area and distance"),
-        ("constriction", "2 σ a, of a small circular spot of radius a between half-spaces (Holm 1967)"),
+        ("monograph", "σ A/d, from contact area and distance, with the arithmetic mean of the two σ"),
+        (
+            "constriction",
+            "2 σ a, of a small circular spot of radius a between half-spaces in series (Holm 1967), with the harmonic mean of the two σ, \
+             so that an insulator blocks; 4 σ a to a wall",
+        ),
     ]),
     "How a contact conducts. The two differ by an order of magnitude at small overlap.",
 )

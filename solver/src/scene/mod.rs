@@ -349,6 +349,8 @@ impl Scene {
         let mut particles = bodies.settings(&walls, seed, runs("thermal"), thermal.as_ref(), on_substrate);
         if let Some(particles) = &mut particles {
             particles.fields.reads_acoustic_force = runs("acoustics");
+            let lasers = optics.iter().chain(nodes.values().filter_map(|node| node.optics.as_ref()));
+            particles.writes_material |= lasers.into_iter().any(OpticsSettings::reads_material);
         }
 
         let renamed =

@@ -2,6 +2,7 @@
 
 use super::{
     key::{Key, Kind, Range, Section},
+    materials::Material,
     particles::Bodies,
     rays,
     reader::Table,
@@ -12,12 +13,17 @@ use crate::physics::{
     Wall,
     optics::{Beam, Lines, Model, Path, Profile, Pulses, Settings, Surface},
     rays::RefractiveIndex,
+    thermal::Table as Property,
 };
 
 static FIDELITY: Key = Key::new(
     "fidelity",
     Kind::Choice(&[
-        ("energy-balance", "all power, over the particles by mass (Zohdi 2018, eq. 6.39): the cheapest"),
+        (
+            "energy-balance",
+            "all power, over the particles by m C, so that all heat alike: by mass where they are of one material (Zohdi 2018, \
+             eq. 6.39): the cheapest",
+        ),
         (
             "beer-lambert",
             "absorbed along lines through the bed, each particle shading those behind it; conserves energy",
@@ -179,7 +185,25 @@ pub(super) fn read(table: Table<'_>, bodies: &Bodies<'_>, walls: &[Wall], seed: 
     table.finish();
     let beam = Beam { power_w, profile: profile?, direction, path: path?, starts_s, ends_s, pulses };
     let (count, walls, reads_ids) = (bodies.count, rays::normals(walls), bodies.come_and_go);
-    Some(Settings { count, model: model?, beam, walls, reads_ids })
+    let model = model?;
+    let capacities_j_m3_k = if model == Model::EnergyBalance { capacities_j_m3_k(bodies) } else { Vec::new() };
+    Some(Settings { count, model, beam, walls, capacities_j_m3_k, reads_ids })
+}
+
+/// Heat capacities ρ C of the materials where they start, in J/(m³ K), where there are several.
+fn capacities_j_m3_k(bodies: &Bodies<'_>) -> Vec<f64> {
+    let of = |named: &(String, Material)| {
+        let (_, known) = named;
+        let constant = |value: f64| Property::constant(value);
+        let density_kg_m3 = bodies.property_of(named, "density", known.density_kg_m3, f64::NAN);
+        let capacity =
+            bodies.property_of(named, "heat-capacity", known.heat_capacity_j_kg_k.clone(), constant(f64::NAN));
+        density_kg_m3 * capacity.at(bodies.temperature_k)
+    };
+    match bodies.materials() {
+        [_] => Vec::new(),
+        several => several.iter().map(of).collect(),
+    }
 }
 
 /// When a beam is switched on and off, in s.

@@ -7,7 +7,7 @@ use super::{
     groups::{self, COUNT, GROUPS, MATERIAL, RADIUS, Used},
     key::{Key, Kind, Range, Section},
     materials::{self, Material},
-    pairs, pour,
+    pairs, particle_file, pour,
     problems::quoted,
     reader::Table,
     start::{START, Starting},
@@ -155,7 +155,7 @@ pub(super) struct Bodies<'d> {
     table: Option<Table<'d>>,
     groups: Vec<Group>,
     used: Used,
-    start: Option<Start>,
+    pub start: Option<Start>,
     pours: Vec<Pour>,
     pub count: usize,
     /// Mean radius of the group with the smallest, in m.
@@ -165,6 +165,8 @@ pub(super) struct Bodies<'d> {
     /// Material of `[particles]` itself.
     pub material: (String, Material),
     pub temperature_k: f64,
+    /// What each particle has at the start, where a file tells it.
+    pub start_heat: Option<particle_file::Heat>,
     /// Whether particles may come and go during the run.
     pub come_and_go: bool,
 }
@@ -198,6 +200,7 @@ impl<'d> Bodies<'d> {
                 small_m: radius_m,
                 material,
                 temperature_k,
+                start_heat: None,
                 come_and_go,
             };
         };
@@ -205,10 +208,12 @@ impl<'d> Bodies<'d> {
         used.index(material.0.clone(), material.1.clone());
         let temperature_k = table.number(&TEMPERATURE_KEY);
         let (mut groups, mut count, mut radius_m, mut small_m) = (Vec::new(), 0, f64::NAN, f64::NAN);
+        let mut start_heat = None;
         let poured = table.is_given(&POUR);
         let start = match Starting::read(&table) {
             Some(starting) if starting.gives_all() => {
-                let start = starting.given(materials, &mut used);
+                let (start, heat) = starting.given(materials, &mut used).unzip();
+                start_heat = heat.flatten();
                 if let Some(Start::Given { radii_m, .. }) = &start {
                     count = radii_m.len();
                     radius_m = radii_m.iter().sum::<f64>() / count.max(1) as f64;
@@ -233,6 +238,7 @@ impl<'d> Bodies<'d> {
                         velocities_m_s: Vec::new(),
                         radii_m: Vec::new(),
                         materials: Vec::new(),
+                        spins_rad_s: Vec::new(),
                     }),
                     None => {
                         if !table.is_given(&START) {
@@ -248,7 +254,20 @@ impl<'d> Bodies<'d> {
         small_m = pours.iter().map(|pour| pour.radius.small_m()).fold(small_m, f64::min);
         let come_and_go = table.is_given(&POUR) || table.is_given(&DOMAIN);
         let table = Some(table);
-        Self { table, groups, used, start, pours, count, radius_m, small_m, material, temperature_k, come_and_go }
+        Self {
+            table,
+            groups,
+            used,
+            start,
+            pours,
+            count,
+            radius_m,
+            small_m,
+            material,
+            temperature_k,
+            start_heat,
+            come_and_go,
+        }
     }
 
     /// A property of the one material that another physics takes for all particles, reported where it is missing.

@@ -100,6 +100,14 @@ static MATERIALS: Key =
     Key::new("materials", Kind::Texts, "Materials that the file calls by numbers: 0 is the first of these.")
         .or_from("that of [particles]")
         .when("kind", &["file"]);
+static COLUMNS: Key = Key::new(
+    "columns",
+    Kind::Texts,
+    "What is taken from the file beside places and radii: of `velocity`, `spin`, `temperature`, `melted` and `material`. \
+     `check` shows what that is, and which columns nothing reads.",
+)
+.or_from("all of these that it has")
+.when("kind", &["file"]);
 static VELOCITY: Key =
     Key::new("velocity", Kind::Vector(&SPEED), "Velocity of every particle, unless a file gives their own.")
         .or("[0, 0, 0]")
@@ -132,8 +140,8 @@ static SECTION: Section = Section {
     example: "{ box = [\"1 mm\", \"1 mm\", \"2 mm\"], velocity = [0, 0, \"-0.5 m/s\"] }",
     shorthand: None,
     keys: &[
-        &KIND, &BOX, &CYLINDER, &SPHERE, &AT, &LATTICE, &SPACING, &JITTER, &PATH, &UNIT, &MATERIALS, &VELOCITY, &UNTIL,
-        &DAMPING, &LONGEST,
+        &KIND, &BOX, &CYLINDER, &SPHERE, &AT, &LATTICE, &SPACING, &JITTER, &PATH, &UNIT, &MATERIALS, &COLUMNS,
+        &VELOCITY, &UNTIL, &DAMPING, &LONGEST,
     ],
 };
 
@@ -217,8 +225,12 @@ impl<'d> Starting<'d> {
         Some(start)
     }
 
-    /// Reads the particles of the file.
-    pub fn given(self, materials: &BTreeMap<String, Material>, used: &mut Used) -> Option<Start> {
+    /// Reads the particles of the file, and what it tells of their heat.
+    pub fn given(
+        self,
+        materials: &BTreeMap<String, Material>,
+        used: &mut Used,
+    ) -> Option<(Start, Option<particle_file::Heat>)> {
         let table = self.table;
         let unit = table.text(&UNIT);
         let metres = units::parse_unit(&unit).ok().filter(|parsed| parsed.dimension == LENGTH.dimension);
@@ -234,6 +246,13 @@ impl<'d> Starting<'d> {
             );
         }
         let velocity_m_s = table.vector(&VELOCITY);
+        let wanted = table.texts(&COLUMNS);
+        for name in wanted.iter().flatten() {
+            let known = particle_file::OPTIONAL.map(|(name, _)| name);
+            if !known.contains(&name.as_str()) {
+                table.reject(&COLUMNS, format!("expected some of {}, found {}", known.join(", "), quoted(name)));
+            }
+        }
         let file = table.optional_file(&PATH);
         let mut start = None;
         // Whatever the unit should be, the file's other mistakes are found.
@@ -243,8 +262,15 @@ impl<'d> Starting<'d> {
                 if read.frames > 1 {
                     table.remark(&PATH, &format!("the first of its {} frames", read.frames));
                 }
+                let mut read = read;
+                if let Some(wanted) = &wanted {
+                    read.leave_out(|name| !wanted.iter().any(|other| other == name));
+                }
                 let mut material = |word: &str| material(word, &numbered, materials, used);
-                read.given(unit_m, velocity_m_s, &mut material)
+                let start = read.given(unit_m, velocity_m_s, &mut material)?;
+                let (told, unread) = read.told();
+                table.remark(&PATH, &remark(&told, &unread));
+                Ok((start, read.heat()?))
             });
             match given {
                 Ok(given) => start = Some(given),
@@ -254,6 +280,17 @@ impl<'d> Starting<'d> {
         table.finish();
         start
     }
+}
+
+/// What of a file is taken and what is not, as `check` says it.
+fn remark(told: &[&str], unread: &[&str]) -> String {
+    const LISTED: usize = 20;
+    let taken = if told.is_empty() { "nothing more".to_owned() } else { told.join(", ") };
+    let listed: Vec<&str> = unread.iter().copied().take(LISTED).collect();
+    let more = unread.len() - listed.len();
+    let rest = if more > 0 { format!(" and {more} more") } else { String::new() };
+    let unread = if listed.is_empty() { String::new() } else { format!("; not read: {}{rest}", listed.join(", ")) };
+    format!("places, radii, {taken}{unread}")
 }
 
 /// The index of a material that a file names, or calls by its number in a list.

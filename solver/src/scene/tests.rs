@@ -538,6 +538,7 @@ fn the_particles_of_a_file_come_with_their_materials_and_its_contents_belong_to_
         velocities_m_s: vec![[0.0, 0.0, -1.0]; 2],
         radii_m: vec![5e-4; 2],
         materials: vec![1, 2],
+        spins_rad_s: Vec::new(),
     };
     assert_eq!((particles.start, particles.groups.len()), (expected, 0));
     let names: Vec<&str> = particles.materials.iter().map(|material| material.name.as_str()).collect();

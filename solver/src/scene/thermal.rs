@@ -9,14 +9,22 @@ use super::{
 };
 use crate::physics::{
     Wall,
-    thermal::{Ambient, Conductance, Enthalpy, Material, PhaseChange, Phases, Settings, Solver, Table as Property},
+    particles::Start as ParticlesStart,
+    thermal::{
+        Ambient, Conductance, Enthalpy, Material, Overshoot, PhaseChange, Phases, Settings, Solver, Start,
+        Table as Property,
+    },
 };
 
 static CONDUCTANCE: Key = Key::new(
     "conductance",
     Kind::Choice(&[
-        ("monograph", "K A/d, from contact area and distance (Zohdi 2018, eq. 6.35)"),
-        ("constriction", "2 K a, of a small circular spot of radius a between half-spaces (Holm 1967)"),
+        ("monograph", "K A/d, from contact area and distance (Zohdi 2018, eq. 6.35), with the arithmetic mean of the two K"),
+        (
+            "constriction",
+            "2 K a, of a small circular spot of radius a between half-spaces in series (Holm 1967), with the harmonic mean of the two K, \
+             so that an insulator blocks; 4 K a to a wall",
+        ),
     ]),
     "How a contact conducts. The two differ by an order of magnitude at small overlap.",
 )
@@ -27,6 +35,17 @@ static PHI: Key = Key::new(
     "Weight φ of the step's end: 0 forward Euler, 1/2 midpoint, 1 backward Euler (eqs. 6.44, 10.30).",
 )
 .or("0.5");
+static OVERSHOOT: Key = Key::new(
+    "overshoot",
+    Kind::Choice(&[
+        ("implicit", "the step's end gets more weight than φ, as much as it takes, in that step"),
+        ("smaller-step", "a smaller step is asked for"),
+        ("refuse", "the run ends with an error"),
+    ]),
+    "What is done where the share 1 − φ of a step's start would carry a particle beyond all that it exchanges heat with, as it \
+     can in steps longer than m C/(G (1 − φ)), G the sum of its conductances. The figure `windows of raised phi` tells how often.",
+)
+.or("\"implicit\"");
 static TOLERANCE: Key = Key::new(
     "tolerance",
     Kind::Number(&NUMBER, Range::above(0.0, 0.1)),
@@ -54,7 +73,7 @@ pub(super) static SECTION: Section = Section {
     doc: "Heat conduction between particles and to walls. Materials may differ from particle to particle.",
     example: "[thermal]",
     shorthand: None,
-    keys: &[&CONDUCTANCE, &PHI, &TOLERANCE, &ITERATIONS, &SOLVER, &PHASES, &AMBIENT],
+    keys: &[&CONDUCTANCE, &PHI, &OVERSHOOT, &TOLERANCE, &ITERATIONS, &SOLVER, &PHASES, &AMBIENT],
 };
 
 static MELTING_BAND: Key = Key::new(
@@ -74,7 +93,9 @@ static VAPOUR: Key =
 static PHASES_SECTION: Section = Section {
     path: "thermal.phases",
     doc: "Changes of phase, by the data of the materials. Heat that enters is m (C Δθ + latent heat) to rounding, for any step \
-          and in both directions. A particle that is vapour leaves at the start of the next step; its mass and heat are booked.",
+          and in both directions. A particle that has boiled takes no more heat and gives none from that moment on, and gets no \
+          hotter than where boiling ends; it leaves at the start of the next step. Its mass and heat are booked as `vapour`, light \
+          and current that were still meant for it as `missed`. `melted` stays 1 while it boils.",
     example: "[thermal.phases]",
     shorthand: None,
     keys: &[&MELTING_BAND, &BOILING_BAND, &VAPOUR],
@@ -146,6 +167,7 @@ pub(super) fn read(table: Table<'_>, bodies: &Bodies<'_>, walls: &[Wall], runs: 
     let settings = Settings {
         count: bodies.count,
         temperature_k: bodies.temperature_k,
+        start: start(bodies),
         density_kg_m3: materials.first().map_or(f64::NAN, |first| first.density_kg_m3),
         heat_capacity_j_kg_k: at_start(|material| &material.heat_capacity_j_kg_k),
         conductivity_w_m_k: at_start(|material| &material.conductivity_w_m_k),
@@ -155,6 +177,11 @@ pub(super) fn read(table: Table<'_>, bodies: &Bodies<'_>, walls: &[Wall], runs: 
         },
         walls: walls.to_vec(),
         phi: table.number(&PHI),
+        overshoot: match table.choice(&OVERSHOOT) {
+            "smaller-step" => Overshoot::SmallerStep,
+            "refuse" => Overshoot::Refuse,
+            _ => Overshoot::Implicit,
+        },
         reads_absorbed_power: runs("optics"),
         reads_joule_power: runs("current"),
         reads_ids: bodies.come_and_go,
@@ -165,6 +192,18 @@ pub(super) fn read(table: Table<'_>, bodies: &Bodies<'_>, walls: &[Wall], runs: 
     };
     table.finish();
     settings
+}
+
+/// What each particle has at the start, where a file tells it.
+fn start(bodies: &Bodies<'_>) -> Option<Start> {
+    let heat = bodies.start_heat.as_ref()?;
+    let Some(ParticlesStart::Given { radii_m, materials, .. }) = &bodies.start else { return None };
+    Some(Start {
+        temperatures_k: heat.temperatures_k.clone(),
+        melted: heat.melted.clone().unwrap_or_default(),
+        radii_m: radii_m.clone(),
+        materials: materials.clone(),
+    })
 }
 
 /// Bandwidths of the changes of phase.

@@ -8,7 +8,7 @@ use stagger_solver::{
     coupling::{Frozen, Ledger, Physics, Reply, Window},
     physics::{
         Shape, Wall,
-        thermal::{Conductance, Settings, State, Thermal},
+        thermal::{Conductance, Overshoot, Settings, State, Thermal},
     },
 };
 
@@ -26,6 +26,8 @@ fn thermal(reads_ids: bool) -> Thermal {
         conductance: Conductance::Monograph,
         walls: vec![wall],
         phi: 0.5,
+        overshoot: Overshoot::Implicit,
+        start: None,
         reads_absorbed_power: true,
         reads_joule_power: false,
         enthalpy: None,
@@ -159,12 +161,16 @@ fn power_that_was_written_before_goes_to_those_it_was_written_for() {
     let before = Chain::new(0, &[0, 1, 2, 3]);
     let now = Chain { absorbed: before.absorbed.clone(), ..Chain::new(1, &[3, 9, 1]) };
     let (state, reply) = solve(&thermal, &state, &before, &now).unwrap();
-    // Particles 3 and 1 have 3 mW and 1 mW; 9 is new, and 0 and 2 are gone.
-    assert!((joule(&reply.ledger, "absorbed") - 4e-3 * DT_S).abs() < 1e-18);
+    // Particles 3 and 1 have 3 mW and 1 mW; 9 is new, and 0 and 2 are gone, with nothing and 2 mW.
+    let books = |ledger: &[Energy], missed_w: f64| {
+        assert!((joule(ledger, "absorbed") - 6e-3 * DT_S).abs() < 1e-18);
+        assert!((joule(ledger, "missed") - missed_w * DT_S).abs() < 1e-18);
+    };
+    books(&reply.ledger, 2e-3);
     // Two revisions later it is still known whose it is.
     let later = Chain { absorbed: before.absorbed.clone(), ..Chain::new(2, &[3, 9]) };
     let (_, reply) = solve(&thermal, &state, &now, &later).unwrap();
-    assert!((joule(&reply.ledger, "absorbed") - 3e-3 * DT_S).abs() < 1e-18);
+    books(&reply.ledger, 3e-3);
     let unknown = Chain { absorbed: (17, vec![0.0; 4]), ..later.clone() };
     let error = solve(&thermal, &state, &now, &unknown).unwrap_err().to_string();
     assert!(

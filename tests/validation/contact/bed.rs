@@ -29,6 +29,7 @@ pub fn settings(law: ContactLaw, density_kg_m3: f64, particles: &[Sphere]) -> Se
             velocities_m_s: particles.iter().map(|particle| particle.1).collect(),
             radii_m: particles.iter().map(|particle| particle.2).collect(),
             materials: vec![0; particles.len()],
+            spins_rad_s: Vec::new(),
         },
         seed: 1,
         temperature_k: 300.0,

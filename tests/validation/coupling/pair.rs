@@ -9,7 +9,7 @@ use stagger_solver::{
         particles::{
             Contact, ContactLaw, FieldForces, Integrator, LeverArm, Material, Particles, Settings as Motion, Start,
         },
-        thermal::{Conductance, Settings as Heat, Thermal},
+        thermal::{Conductance, Overshoot, Settings as Heat, Thermal},
     },
 };
 
@@ -32,6 +32,7 @@ fn members(integrator: Integrator, phi: f64) -> BTreeMap<String, Box<dyn Partici
             velocities_m_s: vec![[START[2], 0.0, 0.0], [START[3], 0.0, 0.0]],
             radii_m: vec![RADIUS; 2],
             materials: vec![0; 2],
+            spins_rad_s: Vec::new(),
         },
         seed: 0,
         temperature_k: START[4],
@@ -73,6 +74,8 @@ fn members(integrator: Integrator, phi: f64) -> BTreeMap<String, Box<dyn Partici
         conductance: Conductance::Monograph,
         walls,
         phi,
+        overshoot: Overshoot::Implicit,
+        start: None,
         pour_temperature_k: None,
         reads_absorbed_power: false,
         reads_joule_power: false,

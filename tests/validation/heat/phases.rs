@@ -29,27 +29,31 @@ fn melting(solver: Solver, widths_k: [f64; 2]) -> Enthalpy {
     enthalpy
 }
 
-/// Temperature, liquid share and whether it is vapour, from the heat in a kilogram above 300 K: case by case, as a reader
+/// Temperature and liquid share of what is not vapour, from the heat in a kilogram above 300 K: case by case, as a reader
 /// would write it down.
-fn by_hand(heat_j_kg: f64, widths_k: [f64; 2]) -> (f64, f64, bool) {
+fn by_hand(heat_j_kg: f64, widths_k: [f64; 2]) -> (f64, f64) {
     let capacity = HEAT_CAPACITY_J_KG_K;
     let to_melting = capacity * (MELTING_K - 300.0);
     let melting = MELTING_J_KG + capacity * widths_k[0];
     let to_boiling = to_melting + melting + capacity * (BOILING_K - MELTING_K - widths_k[0]);
     let boiling = BOILING_J_KG + capacity * widths_k[1];
     if heat_j_kg < to_melting {
-        (300.0 + heat_j_kg / capacity, 0.0, false)
+        (300.0 + heat_j_kg / capacity, 0.0)
     } else if heat_j_kg < to_melting + melting {
         let share = (heat_j_kg - to_melting) / melting;
-        (MELTING_K + share * widths_k[0], share, false)
+        (MELTING_K + share * widths_k[0], share)
     } else if heat_j_kg < to_boiling {
-        (MELTING_K + widths_k[0] + (heat_j_kg - to_melting - melting) / capacity, 1.0, false)
+        (MELTING_K + widths_k[0] + (heat_j_kg - to_melting - melting) / capacity, 1.0)
     } else if heat_j_kg < to_boiling + boiling {
-        let share = (heat_j_kg - to_boiling) / boiling;
-        (BOILING_K + share * widths_k[1], 1.0 - share, false)
+        (BOILING_K + (heat_j_kg - to_boiling) / boiling * widths_k[1], 1.0)
     } else {
-        (BOILING_K + widths_k[1] + (heat_j_kg - to_boiling - boiling) / capacity, 0.0, true)
+        (BOILING_K + widths_k[1], 1.0)
     }
+}
+
+/// What a kilogram of vapour holds above 300 K, in J.
+fn vapour_j_kg(widths_k: [f64; 2]) -> f64 {
+    HEAT_CAPACITY_J_KG_K * (BOILING_K + widths_k[1] - 300.0) + MELTING_J_KG + BOILING_J_KG
 }
 
 fn stored(ledger: &[Energy]) -> f64 {
@@ -83,34 +87,35 @@ fn holds(heats: Vec<(f64, i32)>, widths_k: [f64; 2], conjugate: bool, phi: f64) 
     let mut through_j_kg = 0.0;
     let mut held_j_kg = stored(&reply.ledger) / MASS_KG;
     let mut sum_j_kg = 0.0;
+    // The moment at which a particle is vapour is known to 1e-10 of what it takes until then.
+    let (end_j_kg, moment_j_kg) = (vapour_j_kg(widths_k), 1e-10 * 1e7);
     for (scale, power_of_ten) in heats {
         // So much heat that temperature stays above 0 K: below it there is no physics to test.
         let asked = scale * 10f64.powi(power_of_ten.min(0));
-        let heat_j_kg = asked.max(-sum_j_kg - 1.4e5).min(4e7 - sum_j_kg);
+        let heat_j_kg = asked.max(-sum_j_kg - 1.4e5);
         let dt_s = TIME_S * 10f64.powi(power_of_ten);
         let alone =
             Contacts { radii_m: vec![RADIUS_M], absorbed_w: vec![heat_j_kg * MASS_KG / dt_s], ..Contacts::default() };
         let (next, reply) = solve(&thermal, &state, &alone, &alone, dt_s).unwrap();
         prop_assert!(reply.not_converged.is_none());
-        sum_j_kg += heat_j_kg;
+        // Vapour takes nothing and gives nothing: it is gone.
+        let taken_j_kg = if sum_j_kg < end_j_kg { heat_j_kg.min(end_j_kg - sum_j_kg) } else { 0.0 };
+        sum_j_kg = if taken_j_kg < heat_j_kg { end_j_kg } else { sum_j_kg + taken_j_kg };
         through_j_kg += heat_j_kg.abs();
         // Each step rounds what is held and what enters a few times; so does the split of heat and latent heat.
         let rounding_j_kg = 4e-15 * (through_j_kg + 4e7);
         let now_j_kg = stored(&reply.ledger) / MASS_KG;
-        let entered_j_kg = joule(&reply.ledger, "absorbed") / MASS_KG;
-        prop_assert!((now_j_kg - held_j_kg - entered_j_kg).abs() < rounding_j_kg);
-        prop_assert!((now_j_kg - sum_j_kg).abs() < rounding_j_kg);
+        let [entered_j_kg, missed_j_kg] = ["absorbed", "missed"].map(|name| joule(&reply.ledger, name) / MASS_KG);
+        prop_assert!((now_j_kg - held_j_kg - (entered_j_kg - missed_j_kg)).abs() < rounding_j_kg);
+        prop_assert!((missed_j_kg - (heat_j_kg - taken_j_kg)).abs() < rounding_j_kg + moment_j_kg);
+        prop_assert!((now_j_kg - sum_j_kg).abs() < rounding_j_kg + moment_j_kg);
 
-        let (temperature_k, liquid, vapour) = by_hand(sum_j_kg, widths_k);
+        let (temperature_k, liquid) = by_hand(sum_j_kg, widths_k);
         let found_k = temperatures(&reply)[0];
         prop_assert!((found_k - temperature_k).abs() < 2.0 * rounding_j_kg / HEAT_CAPACITY_J_KG_K + 1e-12 * found_k);
         let melted = reply.fields["melted"].f64().unwrap()[0];
         prop_assert!((melted - liquid).abs() < 1e-11, "{} instead of {}", melted, liquid);
-        // At the very end of boiling, rounding may tell either way.
-        let end_j_kg = HEAT_CAPACITY_J_KG_K * (BOILING_K + widths_k[1] - 300.0) + MELTING_J_KG + BOILING_J_KG;
-        if (sum_j_kg - end_j_kg).abs() > 1e-6 {
-            prop_assert_eq!(reply.fields["vapourised"].u8().unwrap()[0], u8::from(vapour));
-        }
+        prop_assert_eq!(reply.fields["vapourised"].u8().unwrap()[0], u8::from(sum_j_kg >= end_j_kg));
         (state, held_j_kg) = (next, now_j_kg);
     }
     Ok(())
@@ -124,8 +129,9 @@ fn heat_that_went_in_comes_out_and_leaves_the_particle_as_it_was() {
             let thermal = Thermal::new(Settings { reads_absorbed_power: true, enthalpy, ..settings(1) }).unwrap();
             let (mut state, _) = super::Physics::initial(&thermal).unwrap();
             let mut temperature_k = 300.0;
-            // Up to 4000 K of vapour in one step, and back to where it came from in a thousand.
-            let all_j = MASS_KG * (HEAT_CAPACITY_J_KG_K * 3700.0 + MELTING_J_KG + BOILING_J_KG);
+            // Until nearly all has boiled in one step, and back to where it came from in a thousand.
+            let all_j_kg = vapour_j_kg(widths_k) - 0.01 * BOILING_J_KG;
+            let all_j = MASS_KG * all_j_kg;
             for (steps, heat_j) in [(1, all_j), (1000, -all_j)] {
                 for step in 0..steps {
                     let alone = Contacts {
@@ -136,7 +142,8 @@ fn heat_that_went_in_comes_out_and_leaves_the_particle_as_it_was() {
                     let (next, reply) = solve(&thermal, &state, &alone, &alone, TIME_S).unwrap();
                     (state, temperature_k) = (next, temperatures(&reply)[0]);
                     if steps == 1 {
-                        assert!((temperature_k - 4000.0).abs() < 1e-9, "{step}: {temperature_k} K");
+                        let (expected_k, _) = by_hand(all_j_kg, widths_k);
+                        assert!((temperature_k - expected_k).abs() < 1e-9, "{step}: {temperature_k} K");
                     }
                 }
             }
@@ -207,6 +214,9 @@ fn vapour_that_leaves_is_booked_with_its_mass_and_heat() {
     let (state, reply) = solve(&thermal, &state, &all, &all, TIME_S).unwrap();
     assert_eq!(reply.fields["vapourised"].u8().unwrap(), [0, 1, 0]);
     assert_eq!(reply.figures["vapourised particles"], 0.0, "it is still there");
+    assert_eq!(temperatures(&reply), [300.0, BOILING_K, 300.0]);
+    let (stored_j, missed_j) = (stored(&reply.ledger), joule(&reply.ledger, "missed"));
+    assert!((stored_j + missed_j - heat_j).abs() < 1e-14 * heat_j, "{stored_j} J and {missed_j} J of {heat_j} J");
     let left = Contacts {
         radii_m: vec![RADIUS_M; 2],
         absorbed_w: vec![0.0; 2],
@@ -215,9 +225,10 @@ fn vapour_that_leaves_is_booked_with_its_mass_and_heat() {
         ..Contacts::default()
     };
     let (_, reply) = solve(&thermal, &state, &all, &left, TIME_S).unwrap();
-    // A few roundings of the numbers themselves.
     let vapour_j = joule(&reply.ledger, "vapour");
-    assert!((vapour_j / heat_j - 1.0).abs() < 1e-14, "{vapour_j} J of {heat_j} J");
+    let expected_j = MASS_KG * vapour_j_kg([0.0, 0.0]);
+    // A few roundings of the numbers themselves.
+    assert!((vapour_j / expected_j - 1.0).abs() < 1e-14, "{vapour_j} J of {expected_j} J");
     assert_eq!((joule(&reply.ledger, "removed"), stored(&reply.ledger)), (0.0, 0.0));
     assert_eq!(reply.figures["vapourised particles"], 1.0);
     assert!((reply.figures["vapourised mass [kg]"] / MASS_KG - 1.0).abs() < 1e-14);

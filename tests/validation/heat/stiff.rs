@@ -86,7 +86,7 @@ fn newton_ends_while_fronts_of_melting_and_boiling_cross_the_bed_in_one_step() {
             assert!(reply.not_converged.is_none(), "{widths_k:?}: {:?}", reply.figures);
             most = most.max(reply.figures["iterations"]);
             let now_j = joule(&reply.ledger, "heat") + joule(&reply.ledger, "latent");
-            let in_j = -joule(&reply.ledger, "to_walls");
+            let in_j = -joule(&reply.ledger, "to_walls") - joule(&reply.ledger, "missed");
             // 400 particles of some 10 µJ, each rounded a few times; what passes the walls is larger.
             assert!((now_j - stored_j - in_j).abs() < 1e-13 * (now_j.abs() + in_j.abs()), "{now_j} {stored_j} {in_j}");
             (state, stored_j) = (next, now_j);

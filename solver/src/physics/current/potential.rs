@@ -7,7 +7,8 @@ use crate::{SolveError, physics::Conductance};
 
 impl Current {
     /// Kirchhoff's laws on the network of contacts: Σ_j G_ij (V_j − V_i) = 0 at every particle, with the contact
-    /// conductances G of [`Conductance`] and σ_ij = ½ (σ_i + σ_j).
+    /// conductances G of [`Conductance`] and the σ_ij that belongs to them: the arithmetic mean of σ_i and σ_j for the monograph's,
+    /// the harmonic one for the constriction, where the two are in series.
     ///
     /// Walls are conductors of one potential each: given, or such that the given current flows out of the wall. A current
     /// that finds no way to a wall of given potential does not flow. A cluster that touches no electrified wall carries
@@ -28,7 +29,8 @@ impl Current {
     ) -> Result<Flow, SolveError> {
         let count = radii_m.len();
         let network = Network::new(fields, count, &self.of_walls, |contact, i, j| {
-            let sigma_s_m = j.map_or(conductivity_s_m[i], |j| 0.5 * (conductivity_s_m[i] + conductivity_s_m[j]));
+            let own = conductivity_s_m[i];
+            let sigma_s_m = j.map_or(own, |j| model.between(own, conductivity_s_m[j]));
             contact.conductance(super::NODE, model, sigma_s_m)
         })?;
         // Behind the particles, a node for each electrified wall; only those driven by a current are connected.

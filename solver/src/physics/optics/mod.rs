@@ -51,7 +51,7 @@ pub struct Optics {
 
 /// A [`Model`] made ready.
 enum Absorption {
-    EnergyBalance,
+    EnergyBalance { capacities_j_m3_k: Vec<f64> },
     BeerLambert { absorption_1_m: f64, lines: Lines },
     BeerLambertMonograph { absorption_1_m: f64 },
     Rays(Rays),
@@ -90,7 +90,12 @@ impl Optics {
         settings.beam.check(NODE)?;
         let check = |a: f64| setting(NODE, "absorption", a, a.is_finite() && a >= 0.0, "finite and at least 0 /m");
         let absorption = match settings.model {
-            Model::EnergyBalance => Absorption::EnergyBalance,
+            Model::EnergyBalance => {
+                for &capacity in &settings.capacities_j_m3_k {
+                    positive(NODE, "heat capacity of a material", capacity)?;
+                }
+                Absorption::EnergyBalance { capacities_j_m3_k: settings.capacities_j_m3_k.clone() }
+            }
             Model::BeerLambert { absorption_1_m, spacing_m } => {
                 check(absorption_1_m)?;
                 positive(NODE, "spacing of lines", spacing_m)?;
@@ -123,6 +128,22 @@ impl Optics {
         matches!(&self.absorption, Absorption::Rays(rays) if rays.may_melt())
     }
 
+    fn reads_material(&self) -> bool {
+        matches!(&self.absorption, Absorption::EnergyBalance { capacities_j_m3_k } if capacities_j_m3_k.len() > 1)
+    }
+
+    /// What the particles are made of, as places in the list of materials.
+    fn kinds<'f>(&self, fields: &'f Fields) -> Result<&'f [u32], SolveError> {
+        let (kinds, radii) = (field(fields, "material")?, field(fields, "radii")?);
+        if kinds.support != radii.support {
+            return Err(SolveError::Mismatch(format!(
+                "{NODE}: field `material` is of {} particles at revision {}, but `radii` of {} at revision {}",
+                kinds.support.count, kinds.support.revision, radii.support.count, radii.support.revision
+            )));
+        }
+        Ok(kinds.u32()?)
+    }
+
     /// The particles' liquid shares on the rows of `fields`. Those of a writer that has not seen yet who came or went follow
     /// the particles by their numbers; new ones are solid.
     fn melted<'f>(&self, frozen: &'f Frozen, fields: &'f Fields, rows: usize) -> Result<Cow<'f, [f64]>, SolveError> {
@@ -150,7 +171,10 @@ impl Optics {
         let spot_m = self.beam.spot_m(t_s);
         let centres_m = || self.frame.centres_m(positions_m, spot_m);
         let values = match &self.absorption {
-            Absorption::EnergyBalance => energy_balance::shares(radii_m),
+            Absorption::EnergyBalance { capacities_j_m3_k } => {
+                let kinds = self.reads_material().then(|| self.kinds(fields)).transpose()?;
+                energy_balance::shares(radii_m, kinds, capacities_j_m3_k)?
+            }
             Absorption::BeerLambert { absorption_1_m, lines } => lines.absorbed(*absorption_1_m, &centres_m(), radii_m),
             Absorption::BeerLambertMonograph { absorption_1_m } => {
                 beer_lambert_monograph::absorbed(&self.beam.profile, *absorption_1_m, &centres_m(), radii_m)
@@ -201,6 +225,9 @@ impl Physics for Optics {
         if self.reads_melted() {
             reads.push(Port::f64("melted", "1", "particles", 1, Measure::None));
             reads.extend(self.reads_ids.then(|| Port::u32("ids", "particles", 1)));
+        }
+        if self.reads_material() {
+            reads.push(Port::u32("material", "particles", 1));
         }
         let writes = [absorbed_power, beam_spot, beam_radius, beam_power].into_iter().chain(ray_paths);
         Ports { reads, writes: writes.map(|port| (**port).clone()).collect() }

@@ -15,6 +15,9 @@ pub struct Settings {
     /// Unit normals of the planes among the walls, at rest: a ray that leaves the particles against one that faces the beam
     /// has met that wall.
     pub walls: Vec<[f64; 3]>,
+    /// Heat capacity ρ C of each material at the start, in J/(m³ K), in the order in which particles name them: by these
+    /// [`Model::EnergyBalance`] spreads the power. Empty with other models and where there is one material.
+    pub capacities_j_m3_k: Vec<f64>,
     /// Whether particles come and go, so that a field may belong to those of another instant.
     pub reads_ids: bool,
 }
@@ -23,7 +26,8 @@ pub struct Settings {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Model {
-    /// All power spread over the particles by mass (Zohdi 2018, eq. 6.39).
+    /// All power spread over the particles by their heat capacity m C, which is by mass where they are of one material
+    /// (Zohdi 2018, eq. 6.39).
     EnergyBalance,
     /// Beer–Lambert with shadowing, energy-conserving: parallel lines sample the beam's cross-section, and each
     /// particle on a line takes 1 − e^{−a·chord} of what the ones above it left (eq. 6.42).
@@ -45,6 +49,14 @@ pub enum Model {
         /// What a particle reflects.
         surface: Surface,
     },
+}
+
+impl Settings {
+    /// Whether a field says what each particle is made of.
+    #[must_use]
+    pub fn reads_material(&self) -> bool {
+        self.capacities_j_m3_k.len() > 1
+    }
 }
 
 /// What particles reflect of the light that meets them.

@@ -35,6 +35,7 @@ fn particles(spheres: &[Sphere], extra: &str) -> Particles {
         velocities_m_s: spheres.iter().map(|sphere| sphere.1).collect(),
         radii_m: spheres.iter().map(|sphere| sphere.2).collect(),
         materials: vec![0; spheres.len()],
+        spins_rad_s: Vec::new(),
     };
     Particles::new(Settings { start, ..settings }).unwrap()
 }
@@ -127,6 +128,7 @@ fn charges_that_bounce_keep_their_energy_to_the_integrator_s_order() {
             velocities_m_s: spheres.iter().map(|sphere| sphere.1).collect(),
             radii_m: vec![1.0; 2],
             materials: vec![0; 2],
+            spins_rad_s: Vec::new(),
         };
         let shape = Shape::Box { lower_m: [-2.0, -2.0, 0.0], upper_m: [4.0; 3], open: Vec::new() };
         let walls = vec![Wall::fixed("w", shape, None)];

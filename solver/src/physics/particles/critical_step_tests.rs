@@ -48,6 +48,7 @@ fn particles(spheres: &[(Vec3, f64)], walls: Shape, overrides: &[(&str, &str)]) 
         velocities_m_s: vec![[0.0; 3]; spheres.len()],
         radii_m: spheres.iter().map(|(_, radius)| *radius).collect(),
         materials: vec![0; spheres.len()],
+        spins_rad_s: Vec::new(),
     };
     Particles::new(Settings { start, walls: vec![Wall::fixed("wall", walls, None)], ..settings }).unwrap()
 }

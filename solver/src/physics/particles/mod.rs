@@ -587,10 +587,13 @@ impl Physics for Particles {
 
 /// The particles at t = 0, in the order of the fields.
 fn at_start(settings: &Settings) -> Result<(Bodies, Motion), SolveError> {
-    let Placed { positions, mut velocities, radii, materials } = start::place(settings)?;
+    let Placed { positions, mut velocities, radii, materials, mut spins } = start::place(settings)?;
     if settings.integrator == Integrator::Held {
         // What is left of settling, or was read from a file.
         velocities.fill([0.0; 3]);
+    }
+    if settings.integrator == Integrator::Held || !settings.spin {
+        spins.fill([0.0; 3]);
     }
     let density = |material: &u16| settings.materials[usize::from(*material)].density_kg_m3;
     let masses: Vec<f64> =
@@ -604,6 +607,6 @@ fn at_start(settings: &Settings) -> Result<(Bodies, Motion), SolveError> {
         radii,
     };
     let vectors = |values: Vec<[f64; 3]>| values.into_iter().map(Vec3::from).collect::<Vec<_>>();
-    let spins = vec![Vec3::zeros(); bodies.radii.len()];
-    Ok((bodies, Motion { positions: vectors(positions), velocities: vectors(velocities), spins }))
+    let [positions, velocities, spins] = [positions, velocities, spins].map(vectors);
+    Ok((bodies, Motion { positions, velocities, spins }))
 }

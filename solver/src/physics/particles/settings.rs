@@ -232,6 +232,8 @@ pub enum Start {
         radii_m: Vec<f64>,
         /// Materials, as indices into [`Settings::materials`].
         materials: Vec<u16>,
+        /// Spins, in rad/s, where [`Settings::spin`] is set; none at all where particles do not spin at the start.
+        spins_rad_s: Vec<[f64; 3]>,
     },
 }
 

@@ -98,8 +98,14 @@ fn start(settings: &Settings) -> Result<(), SolveError> {
         return fail(format!("{} particles are more than 32-bit indices can name", settings.count()));
     }
     let used: Vec<u16> = match &settings.start {
-        Start::Given { positions_m, velocities_m_s, radii_m, materials } => {
+        Start::Given { positions_m, velocities_m_s, radii_m, materials, spins_rad_s } => {
             given(positions_m, velocities_m_s, radii_m, materials.len())?;
+            if !(spins_rad_s.is_empty() || spins_rad_s.len() == positions_m.len()) {
+                return fail(format!("{} positions, but {} spins are given", positions_m.len(), spins_rad_s.len()));
+            }
+            if let Some(row) = spins_rad_s.iter().position(|spin| spin.iter().any(|value| !value.is_finite())) {
+                return fail(format!("the spin of particle {row} is not finite"));
+            }
             materials.clone()
         }
         _ => {

@@ -41,6 +41,7 @@ fn bounce(shape: Shape, place: Vec3, velocity: Vec3, time_s: f64, overrides: &[(
         velocities_m_s: vec![velocity.into()],
         radii_m: vec![RADIUS],
         materials: vec![0],
+        spins_rad_s: Vec::new(),
     };
     let sphere = Particles::new(Settings { start, walls: vec![Wall::fixed("w", shape, None)], ..settings }).unwrap();
     let (state, _) = sphere.initial().unwrap();

@@ -7,6 +7,7 @@ use crate::{SolveError, math, physics::checks::setting};
 const STEFAN_BOLTZMANN_W_M2_K4: f64 = 5.670_374_419e-8;
 
 /// What particles exchange with their surroundings: h A_s (θ_∞ − θ) and ε_r σ_SB A_s (θ_∞⁴ − θ⁴).
+#[derive(Clone)]
 pub(super) struct Exchange {
     temperature_k: f64,
     /// h A_s of each particle, in W/K.
@@ -64,6 +65,28 @@ impl Exchange {
             lost.radiated += radiated_w;
         }
         lost
+    }
+
+    /// The same where each particle is there for a share of the time only.
+    pub(super) fn lasting(&self, shares: &[f64]) -> Self {
+        let of = |per_kelvin: &[f64]| per_kelvin.iter().zip(shares).map(|(own, share)| share * own).collect();
+        Self {
+            temperature_k: self.temperature_k,
+            convection_w_k: of(&self.convection_w_k),
+            radiation_w_k4: of(&self.radiation_w_k4),
+        }
+    }
+
+    /// θ_∞ in K.
+    pub(super) fn temperature_k(&self) -> f64 {
+        self.temperature_k
+    }
+
+    /// What particle `i` loses over its difference from the surroundings, in W/K: θ⁴ − θ_∞⁴ = (θ² + θ_∞²) (θ + θ_∞) (θ − θ_∞).
+    pub(super) fn secant(&self, i: usize, temperature_k: f64) -> f64 {
+        let ambient_k = self.temperature_k;
+        let radiated = (temperature_k * temperature_k + ambient_k * ambient_k) * (temperature_k.abs() + ambient_k);
+        self.convection_w_k[i] + self.radiation_w_k4[i] * radiated
     }
 
     /// What particle `i` loses more for each kelvin it is hotter, in W/K.

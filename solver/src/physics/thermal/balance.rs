@@ -1,5 +1,7 @@
 //! The implicit equations of a window in enthalpy form, and the sweeps that solve them.
 
+use std::borrow::Cow;
+
 use super::{
     Solver, Table,
     ambient::{Exchange, Lost},
@@ -26,11 +28,11 @@ pub(super) struct Balance<'a> {
     pub(super) radii_m: &'a [f64],
     /// E(t) + Δt \[ (1 − φ) F(θ(t)) + H \] in J.
     pub(super) known_j: Vec<f64>,
-    /// φ Δt in s.
+    /// Weight of the window's end times Δt, in s.
     pub(super) weight_s: f64,
     /// The contacts at the window's end.
-    pub(super) network: Network,
-    pub(super) exchange: Option<&'a Exchange>,
+    pub(super) network: Cow<'a, Network>,
+    pub(super) exchange: Option<Cow<'a, Exchange>>,
 }
 
 /// Roundings that an insertion makes of the heat that passes a particle.
@@ -98,10 +100,10 @@ impl Balance<'_> {
         if let Some(tables) = self.conductivities {
             let of = |(kind, &temperature_k): (&u32, &f64)| tables[*kind as usize].at(temperature_k);
             let each: Vec<f64> = self.kinds.iter().zip(trial_k).map(of).collect();
-            self.network.conduct_with(&each, self.radii_m);
+            self.network.to_mut().conduct_with(&each, self.radii_m);
         }
         inserted.to_walls_w = self.network.heat_flow(trial_k, flow_w);
-        inserted.lost_w = self.exchange.map_or_else(Lost::default, |exchange| exchange.add(trial_k, flow_w));
+        inserted.lost_w = self.exchange.as_ref().map_or_else(Lost::default, |exchange| exchange.add(trial_k, flow_w));
         inserted.energies_j.clear();
         inserted.temperatures_k.clear();
         inserted.slopes_k_j.clear();
@@ -124,7 +126,7 @@ impl Balance<'_> {
 
     /// What particle `i` loses more over the window for each kelvin it is hotter at its end, in J/K.
     pub(super) fn outflow_j_k(&self, i: usize, temperature_k: f64) -> f64 {
-        let ambient_w_k = self.exchange.map_or(0.0, |exchange| exchange.slope(i, temperature_k));
+        let ambient_w_k = self.exchange.as_ref().map_or(0.0, |exchange| exchange.slope(i, temperature_k));
         self.weight_s * (self.network.at_particle_w_k[i] + ambient_w_k)
     }
 

@@ -11,13 +11,20 @@ use crate::SolveError;
 /// the path that led there: to book heat is to add to h, and no step can jump a band.
 ///
 /// Between two nodes C is linear, so that h is quadratic: exact integrals, and exact inverses.
+///
+/// Where there is boiling the curve ends with it: a particle that is vapour leaves, and is not followed to higher temperatures.
+/// More heat than that leaves the temperature where boiling ends; [`Curve::vapour`] tells it.
 #[derive(Clone, Debug)]
 pub(super) struct Curve {
     nodes: Vec<Node>,
     /// C below the first node, in J/(kg K).
     below_j_kg_k: f64,
+    /// Least C without latent heat, in J/(kg K).
+    least_j_kg_k: f64,
     melting: Option<Band>,
     boiling: Option<Band>,
+    /// Whether nothing gets hotter than the last node, where boiling ends.
+    ends: bool,
 }
 
 /// Where the heat capacity bends or jumps.
@@ -87,8 +94,10 @@ impl Curve {
         let mut curve = Self {
             nodes: Vec::with_capacity(at_k.len()),
             below_j_kg_k: capacity.at(at_k[0]),
+            least_j_kg_k: capacity.points.iter().fold(f64::INFINITY, |least, point| least.min(point[1])),
             melting: None,
             boiling: None,
+            ends: false,
         };
         // As wide as its rounded ends lie apart: over a narrow band at a high temperature, the width asked for would miss a
         // share of the latent heat.
@@ -110,6 +119,10 @@ impl Curve {
             reached_j_kg = until_k.map_or(left_j_kg, |until_k| node.enthalpy(until_k));
             curve.nodes.push(node);
         }
+        let phases = phases.copied().unwrap_or_default();
+        let last_k = phases.boiling.as_ref().map_or(f64::INFINITY, end_k);
+        curve.nodes.retain(|node| node.temperature_k <= last_k);
+        curve.ends = phases.boiling.is_some();
         // From the start, where h is exactly 0.
         let start_j_kg = curve.enthalpy(start_k);
         for node in &mut curve.nodes {
@@ -123,19 +136,31 @@ impl Curve {
             let to_j_kg = if to_k > from_k { curve.enthalpy(to_k) } else { left };
             Band { from_k, to_k, from_j_kg: curve.enthalpy(from_k), to_j_kg, latent_j_kg: change.latent_j_kg }
         };
-        let phases = phases.copied().unwrap_or_default();
         (curve.melting, curve.boiling) = (phases.melting.as_ref().map(band), phases.boiling.as_ref().map(band));
         Ok(curve)
     }
 
-    /// h at a temperature in K; where a phase changes at just this one, before it does.
+    /// h at a temperature in K; where a phase changes at just this one, before it does. Above the end of boiling it is that of
+    /// vapour.
     pub(super) fn enthalpy(&self, temperature_k: f64) -> f64 {
         match self.nodes.partition_point(|node| node.temperature_k < temperature_k) {
             0 => self.nodes[0].reached_j_kg + self.below_j_kg_k * (temperature_k - self.nodes[0].temperature_k),
             after => match self.nodes.get(after).filter(|node| node.temperature_k <= temperature_k) {
                 Some(node) => node.reached_j_kg,
+                None if self.ends && after == self.nodes.len() => self.nodes[after - 1].left_j_kg,
                 None => self.nodes[after - 1].enthalpy(temperature_k),
             },
+        }
+    }
+
+    /// h at a temperature in K, where a share of the mass has melted: that share tells how far a particle is that melts at just
+    /// this one temperature, within rounding; anywhere else temperature alone does.
+    pub(super) fn enthalpy_of(&self, temperature_k: f64, melted: f64) -> f64 {
+        match &self.melting {
+            Some(band) if band.from_k == band.to_k && (temperature_k / band.from_k - 1.0).abs() < 1e-12 => {
+                band.from_j_kg + melted * (band.to_j_kg - band.from_j_kg)
+            }
+            _ => self.enthalpy(temperature_k),
         }
     }
 
@@ -153,6 +178,9 @@ impl Curve {
         if beyond_j_kg < 0.0 {
             return Place { temperature_k: node.temperature_k, slope: 0.0 };
         }
+        if self.ends && after == self.nodes.len() {
+            return Place { temperature_k: node.temperature_k, slope: 0.0 };
+        }
         // The root of C x + ½ C′ x² = d that stays exact as C′ goes to 0.
         let linear = node.capacity_j_kg_k + outflow_j_kg_k;
         let root = (linear * linear + 2.0 * node.slope_j_kg_k2 * beyond_j_kg).max(0.0).sqrt();
@@ -165,6 +193,16 @@ impl Curve {
     /// Where h is `enthalpy_j_kg`.
     pub(super) fn place(&self, enthalpy_j_kg: f64) -> Place {
         self.balance(enthalpy_j_kg, 0.0)
+    }
+
+    /// Least C without latent heat at any temperature, in J/(kg K).
+    pub(super) fn least_j_kg_k(&self) -> f64 {
+        self.least_j_kg_k
+    }
+
+    /// h from which on all is vapour, in J/kg; `None` where nothing boils.
+    pub(super) fn vapour(&self) -> Option<f64> {
+        self.boiling.as_ref().map(|band| band.to_j_kg)
     }
 
     /// Shares of the mass that are molten or were, and vapour; each from 0 to 1.
@@ -227,7 +265,6 @@ mod tests {
                 (1300.0, 6e5),
                 (1600.0, 6e5 + 700.0 * 300.0),
                 (2000.0, 6e5 + 700.0 * 700.0 + 2.6e5),
-                (4000.0, 6e5 + 700.0 * 2700.0 + 2.6e5 + 6e6),
             ] {
                 let found = curve.enthalpy(at_k);
                 assert!((found - expected).abs() < 1e-12 * expected, "{at_k} K: {found} instead of {expected}");
@@ -235,7 +272,15 @@ mod tests {
             }
             let [molten, vapour] = curve.molten_and_vapour(curve.enthalpy(1600.0) + 1.3e5 + 0.5 * 700.0 * melting_k);
             assert!((molten - 0.5).abs() < 1e-12 && vapour == 0.0, "{molten}, {vapour}");
-            assert_eq!(curve.molten_and_vapour(curve.enthalpy(4000.0)), [1.0, 1.0]);
+            // Boiling ends it: vapour gets no hotter.
+            let (end_k, end_j_kg) = (3000.0 + boiling_k, 6e5 + 700.0 * (1700.0 + boiling_k) + 2.6e5 + 6e6);
+            let vapour_j_kg = curve.vapour().unwrap();
+            assert!((vapour_j_kg - end_j_kg).abs() < 1e-12 * end_j_kg, "{vapour_j_kg} instead of {end_j_kg}");
+            assert_eq!(curve.enthalpy(4000.0), vapour_j_kg);
+            for more_j_kg in [0.0, 1.0, 1e9] {
+                assert_eq!(curve.place(vapour_j_kg + more_j_kg), Place { temperature_k: end_k, slope: 0.0 });
+                assert_eq!(curve.molten_and_vapour(vapour_j_kg + more_j_kg), [1.0, 1.0]);
+            }
             assert_eq!(curve.latent([1.0, 1.0]), 6.26e6);
         }
     }
@@ -281,6 +326,11 @@ mod tests {
             let [less_k, more_k] = [found_k - 1e-12 * found_k.abs(), found_k + 1e-12 * found_k.abs()];
             let rounding = 2e-12 * found_k.abs() * (7e6 + outflow) + 1e-6;
             prop_assert!(curve.enthalpy(less_k) + outflow * found_k <= total + rounding);
+            let end_k = 3000.0 + bands.1;
+            if total > curve.vapour().unwrap() + outflow * end_k {
+                prop_assert_eq!(found_k, end_k);
+                return Ok(());
+            }
             let left = curve.nodes.iter().find(|node| node.temperature_k == found_k).map(|node| node.left_j_kg);
             prop_assert!(left.unwrap_or_else(|| curve.enthalpy(more_k)) + outflow * found_k >= total - rounding);
         }

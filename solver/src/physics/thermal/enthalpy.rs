@@ -1,14 +1,19 @@
 //! A window in enthalpy form: several materials, phases, tables of properties, an ambient.
 
+use std::borrow::Cow;
+
 use stagger_messages::Energy;
 
 use super::{
-    Ended, Enthalpy, Gone, Held, Inputs, NODE, Settings, Solver, State, Table,
+    Ended, Enthalpy, Gone, Held, Inputs, NODE, Settings, Solver, Start, State, Table,
+    ambient::Exchange,
     balance::{Balance, Solved},
     curve::Curve,
     figures,
     network::{Conductivities, Network},
+    overshoot::{AtStart, Holds, Weights, weights},
     particles::Carried,
+    presence::{Boiling, Presence},
     settings::mass_kg,
     trapezoidal::not_converged,
 };
@@ -24,6 +29,56 @@ pub(super) struct Form {
     conductivity_w_m_k: Option<f64>,
     /// Shares of the mass that are molten and vapour at the start.
     pub(super) at_start: [f64; 2],
+}
+
+/// What the particles' enthalpies tell.
+#[derive(Default)]
+pub(super) struct Told {
+    pub(super) enthalpies_j_kg: Vec<f64>,
+    /// Liquid share of what is not vapour.
+    pub(super) melted: Vec<f64>,
+    pub(super) vapourised: Vec<u8>,
+    /// Sensible heat of all, in J.
+    pub(super) heat_j: f64,
+    /// Latent heat of all, in J, above that of the shares at the start.
+    pub(super) latent_j: f64,
+}
+
+impl Told {
+    /// Adds a particle of mass m and specific enthalpy h, with `energy_j` = m h.
+    fn add(&mut self, curve: &Curve, at_start: [f64; 2], mass_kg: f64, enthalpy_j_kg: f64, energy_j: f64) {
+        let shares = curve.molten_and_vapour(enthalpy_j_kg);
+        let latent_j = mass_kg * (curve.latent(shares) - curve.latent(at_start));
+        self.latent_j += latent_j;
+        self.heat_j += energy_j - latent_j;
+        self.enthalpies_j_kg.push(enthalpy_j_kg);
+        self.melted.push(shares[0]);
+        self.vapourised.push(u8::from(shares[1] >= 1.0));
+    }
+}
+
+/// Particles that hold m h(θ).
+struct Enthalpies<'a> {
+    masses_kg: &'a [f64],
+    start_j_kg: &'a [f64],
+    kinds: &'a [u32],
+    curves: &'a [&'a Curve],
+}
+
+impl Enthalpies<'_> {
+    fn curve(&self, i: usize) -> &Curve {
+        self.curves[self.kinds[i] as usize]
+    }
+}
+
+impl Holds for Enthalpies<'_> {
+    fn least_capacity_j_k(&self, i: usize) -> f64 {
+        self.masses_kg[i] * self.curve(i).least_j_kg_k()
+    }
+
+    fn heat_to_j(&self, i: usize, temperature_k: f64) -> f64 {
+        self.masses_kg[i] * (self.curve(i).enthalpy(temperature_k) - self.start_j_kg[i])
+    }
 }
 
 struct Prepared {
@@ -64,6 +119,28 @@ impl Form {
             }
             _ => Ok(Self { materials, conductivity_w_m_k: None, at_start }),
         }
+    }
+
+    /// What particles hold that do not start alike.
+    ///
+    /// # Errors
+    /// A particle's material is not one of those there are.
+    pub(super) fn begin(&self, start: &Start) -> Result<Told, SolveError> {
+        let mut told = Told::default();
+        for (row, (&temperature_k, &radius_m)) in start.temperatures_k.iter().zip(&start.radii_m).enumerate() {
+            let place = start.materials.get(row).map_or(0, |&place| usize::from(place));
+            let Some(material) = self.materials.get(place) else {
+                let there = self.materials.len();
+                return Err(SolveError::Start(format!(
+                    "{NODE}: particle {row} is of material {place}, but there are {there}, counted from 0"
+                )));
+            };
+            let mass_kg = mass_kg(material.density_kg_m3, radius_m);
+            let melted = start.melted.get(row).copied().unwrap_or(0.0);
+            let enthalpy_j_kg = material.curve.enthalpy_of(temperature_k, melted);
+            told.add(&material.curve, self.at_start, mass_kg, enthalpy_j_kg, mass_kg * enthalpy_j_kg);
+        }
+        Ok(told)
     }
 
     /// Conductivities at temperatures in K; not looked at where one number holds for all.
@@ -117,35 +194,64 @@ impl Form {
         let at_end = Network::new(settings, conductivities, &frozen.end, radii_m, None)?;
         let exchange = enthalpy.ambient.map(|ambient| ambient.exchange(radii_m));
 
-        let mut flow_w = vec![0.0; start_k.len()];
-        let walls_at_start_w = at_start.heat_flow(&start_k, &mut flow_w);
-        let lost_at_start_w = exchange.as_ref().map(|exchange| exchange.add(&start_k, &mut flow_w)).unwrap_or_default();
-        let phi = settings.phi;
-        let known_j = (0..start_k.len()).map(|i| {
-            let power_w = power_w.map_or(0.0, |power_w| power_w[i]);
-            masses_kg[i] * start_j_kg[i] + dt_s * ((1.0 - phi) * flow_w[i] + power_w)
-        });
         let curves: Vec<&Curve> = self.materials.iter().map(|material| &material.curve).collect();
         let tables: Vec<&Table> = self.materials.iter().map(|material| &material.conductivity).collect();
         let varies = tables.iter().any(|table| !table.is_constant());
-        let mut balance = Balance {
-            masses_kg: &masses_kg,
-            kinds: &kinds,
-            curves: &curves,
-            conductivities: varies.then_some(&tables),
-            radii_m,
-            known_j: known_j.collect(),
-            weight_s: phi * dt_s,
-            network: at_end,
-            exchange: exchange.as_ref(),
+        let mut flow_w = vec![0.0; start_k.len()];
+        let flow_at_start = |network: &Network, exchange: Option<&Exchange>, flow_w: &mut [f64]| {
+            let to_walls_w = network.heat_flow(&start_k, flow_w);
+            (to_walls_w, exchange.map(|exchange| exchange.add(&start_k, flow_w)).unwrap_or_default())
         };
-        let Solved { inserted, sweeps, linear, converged } =
-            balance.solve(enthalpy.solver, &start_k, settings.tolerance, settings.iterations);
+        let (mut walls_at_start_w, mut lost_at_start_w) = flow_at_start(&at_start, exchange.as_ref(), &mut flow_w);
+        let start =
+            AtStart { network: &at_start, exchange: exchange.as_ref(), temperatures_k: &start_k, flow_w: &flow_w };
+        let held = Enthalpies { masses_kg: &masses_kg, start_j_kg: &start_j_kg, kinds: &kinds, curves: &curves };
+        let Weights { start: before_weight, end: end_weight, is_raised, not_converged: overshot } =
+            weights(settings, dt_s, &start, &held)?;
+
+        let curve = |i: usize| curves[kinds[i] as usize];
+        let tolerance = settings.tolerance;
+        let boiling = Boiling { masses_kg: &masses_kg, start_j_kg: &start_j_kg, tolerance, curve: &curve };
+        let mut presence = Presence::at_start(&boiling);
+        let mut guess_k = start_k.clone();
+        let (mut sweeps, mut linear) = (0, 0);
+        let (balance, solved) = loop {
+            let mut network = Cow::Borrowed(&at_end);
+            let mut exchange = exchange.as_ref().map(Cow::Borrowed);
+            if let Some(shares) = presence.shares() {
+                network = Cow::Owned(at_end.lasting(shares));
+                exchange = exchange.map(|exchange| Cow::Owned(exchange.lasting(shares)));
+                let lasting = at_start.lasting(shares);
+                (walls_at_start_w, lost_at_start_w) = flow_at_start(&lasting, exchange.as_deref(), &mut flow_w);
+            }
+            let known_j = (0..start_k.len()).map(|i| {
+                let power_w = power_w.map_or(0.0, |power_w| presence.of(i) * power_w[i]);
+                masses_kg[i] * start_j_kg[i] + dt_s * (before_weight * flow_w[i] + power_w)
+            });
+            let mut balance = Balance {
+                masses_kg: &masses_kg,
+                kinds: &kinds,
+                curves: &curves,
+                conductivities: varies.then_some(&tables),
+                radii_m,
+                known_j: known_j.collect(),
+                weight_s: end_weight * dt_s,
+                network,
+                exchange,
+            };
+            let solved = balance.solve(enthalpy.solver, &guess_k, settings.tolerance, settings.iterations);
+            (sweeps, linear) = (sweeps + solved.sweeps, linear + solved.linear);
+            if !solved.converged || !presence.improve(&boiling, &solved.inserted.energies_j) {
+                break (balance, solved);
+            }
+            guess_k.clone_from(&solved.inserted.temperatures_k);
+        };
+        let Solved { inserted, converged, .. } = solved;
         finite(NODE, "temperature", 1, &inserted.temperatures_k)?;
 
-        let mean = |start: f64, end: f64| dt_s * (phi * end + (1.0 - phi) * start);
+        let mean = |start: f64, end: f64| dt_s * (end_weight * end + before_weight * start);
         let mut exchanged = vec![Energy::lost("to_walls", mean(walls_at_start_w, inserted.to_walls_w))];
-        if exchange.is_some() {
+        if balance.exchange.is_some() {
             let (start, end) = (lost_at_start_w, inserted.lost_w);
             exchanged.push(Energy::lost("convected", mean(start.convected, end.convected)));
             exchanged.push(Energy::lost("radiated", mean(start.radiated, end.radiated)));
@@ -153,24 +259,23 @@ impl Form {
         if enthalpy.changes_phase() {
             exchanged.push(Energy::lost("vapour", vapour_j));
         }
-        let enthalpies_j_kg: Vec<f64> =
-            inserted.energies_j.iter().zip(&masses_kg).map(|(energy_j, mass_kg)| energy_j / mass_kg).collect();
-        let (mut melted, mut vapourised) = (Vec::new(), Vec::new());
-        let (mut heat_j, mut latent_j) = (0.0, 0.0);
-        for (i, &enthalpy_j_kg) in enthalpies_j_kg.iter().enumerate() {
-            let curve = balance.curve(i);
-            let [molten, vapour] = curve.molten_and_vapour(enthalpy_j_kg);
-            let latent = masses_kg[i] * (curve.latent([molten, vapour]) - curve.latent(self.at_start));
-            latent_j += latent;
-            heat_j += inserted.energies_j[i] - latent;
-            melted.push(molten * (1.0 - vapour));
-            vapourised.push(u8::from(vapour >= 1.0));
+        let mut missed_j = 0.0;
+        let mut told = Told::default();
+        for (i, &found_j) in inserted.energies_j.iter().enumerate() {
+            let (curve, mass_kg) = (balance.curve(i), masses_kg[i]);
+            let energy_j = presence.kept_j(&boiling, i, found_j);
+            let power_w = power_w.map_or(0.0, |power_w| power_w[i]);
+            missed_j += dt_s * (1.0 - presence.of(i)) * power_w + (found_j - energy_j);
+            // Exactly that of vapour where it is vapour, whatever rounding m h/m makes.
+            let vapour_j_kg = curve.vapour().filter(|vapour_j_kg| energy_j >= mass_kg * vapour_j_kg);
+            told.add(curve, self.at_start, mass_kg, vapour_j_kg.unwrap_or(energy_j / mass_kg), energy_j);
         }
+        let Told { enthalpies_j_kg, melted, vapourised, heat_j, latent_j } = told;
         let mut stored = vec![Energy::stored("heat", heat_j)];
         if enthalpy.changes_phase() {
             stored.push(Energy::stored("latent", latent_j));
         }
-        let not_converged = (!converged).then(|| not_converged(settings, inserted.change));
+        let not_converged = overshot.or_else(|| (!converged).then(|| not_converged(settings, inserted.change)));
         let mut figures = figures(sweeps, balance.network.biot);
         if enthalpy.solver == Solver::ConjugateGradient {
             figures.insert("linear iterations".to_owned(), f64::from(linear));
@@ -183,6 +288,8 @@ impl Form {
             exchanged,
             poured_j,
             removed_j,
+            missed_j,
+            is_raised,
             figures,
             not_converged,
         })

@@ -6,7 +6,9 @@ mod curve;
 mod enthalpy;
 mod network;
 mod newton;
+mod overshoot;
 mod particles;
+mod presence;
 mod settings;
 mod table;
 mod trapezoidal;
@@ -15,7 +17,7 @@ use std::{borrow::Cow, collections::BTreeMap, sync::Arc};
 
 use enthalpy::Form;
 use network::{Conductivities, Network};
-use particles::{Carried, Particles};
+use particles::{Carried, Particles, Power};
 use serde::{Deserialize, Serialize};
 pub use settings::*;
 use stagger_messages::{Energy, Field, Fields, Measure, Port, Ports, Values};
@@ -37,23 +39,29 @@ const NODE: &str = "thermal";
 /// m_i C θ̇_i = Σ_j G_ij (θ_j − θ_i) + Σ_w G_iw (θ_w − θ_i) + H_i
 ///
 /// with m_i = ρ 4/3 π R_i³, the contact conductances G of [`Conductance`], walls of given temperature θ_w (insulated
-/// where they have none) and the power H_i of absorbed light and of electrical current. The trapezoidal rule with weight φ takes it through a window.
+/// where they have none) and the power H_i of absorbed light and of electrical current. The trapezoidal rule with weight φ takes
+/// it through a window; where that would carry a particle beyond all that surrounds it, [`Settings::overshoot`] says what is done,
+/// and the figure `windows of raised phi` counts the windows in which it was.
 ///
 /// Valid while a particle is nearly isothermal. The figure `largest Biot number` is Bi = G/(K R), the largest
 /// conductance of one contact over that of the particle behind it (R the smaller radius): small against 1 it is valid,
 /// from about 0.1 on the temperature inside a particle varies noticeably.
 ///
-/// The ledger's `heat` counts from the start: Σ m_i C (θ_i − θ(0)), in J, so that it is 0 at t = 0, where masses are
-/// not known yet. Its change over a window is `absorbed` + `joule` − `to_walls` + `poured` − `removed` to rounding; the last
-/// two are the heat of particles that come and go, where `ids` tell. These do so at the window's start: a new one begins
-/// with the temperature of what is poured, and contacts of one that is gone conduct nothing, at the start either. Radii do
-/// not change during a run.
+/// The ledger's `heat` counts from one temperature θ(0) of the start: Σ m_i C (θ_i − θ(0)), in J. It is 0 at t = 0, where
+/// masses are not known yet, unless [`Settings::start`] tells what each particle has. Its change over a window is `absorbed` + `joule` − `to_walls` + `poured` − `removed` − `missed` to rounding.
+/// `poured` and `removed` are the heat of particles that come and go, where `ids` tell. These do so at the window's start: a new
+/// one begins with the temperature of what is poured, and contacts of one that is gone conduct nothing, at the start either.
+/// `missed` is light and current meant for particles that were no longer there: gone since their writer last solved, or
+/// vapour before the window's end; and the rounding of the moment at which they were. So `absorbed` and `joule` are what their writers say they gave. Radii do not change during a
+/// run.
 ///
 /// With [`Settings::enthalpy`] the state is the enthalpy of each particle instead, from which temperature and phase follow:
 /// several materials, heat capacities and conductivities that depend on temperature, melting and boiling, and an ambient.
-/// Where a material changes phase, `melted` is the liquid share of each particle's mass and `vapourised` is 1 where a
-/// particle is vapour; the particles' motion takes it out at the start of the next window. `heat` is then the sensible part,
-/// `latent` the other one, and `vapour` what left with vapour.
+/// Where a material changes phase, `melted` is the liquid share of what is not vapour in each particle, which stays 1 while it
+/// boils, and `vapourised` is 1 where a particle is vapour; the particles' motion takes it out at the start of the next window.
+/// From the moment it is vapour, which may be within a window, a particle takes no more heat and gives none: its temperature is
+/// that at which boiling ends, and the rest of its light is `missed`. `heat` is then the sensible part, `latent` the other one,
+/// and `vapour` what left with vapour.
 pub struct Thermal {
     settings: Settings,
     form: Option<Form>,
@@ -72,6 +80,8 @@ pub struct State {
     enthalpies_j_kg: Option<Arc<Vec<f64>>>,
     /// Vapour that has left so far.
     gone: Gone,
+    /// Windows so far whose end had more weight than φ.
+    raised: u64,
     /// Whose they are; `None` until a window says it.
     particles: Option<Particles>,
 }
@@ -108,6 +118,10 @@ struct Ended {
     exchanged: Vec<Energy>,
     poured_j: f64,
     removed_j: f64,
+    /// Of the power, for particles that were vapour before the window's end.
+    missed_j: f64,
+    /// Whether the window's end had more weight than φ.
+    is_raised: bool,
     figures: BTreeMap<String, f64>,
     not_converged: Option<NotConverged>,
 }
@@ -149,6 +163,9 @@ impl Thermal {
             let what = format!("temperature of wall `{}`", wall.name);
             setting(NODE, &what, at, at.is_finite() && at >= 0.0, "at least 0 K")?;
         }
+        if let Some(start) = &settings.start {
+            start.check(settings.count)?;
+        }
         let form = settings.enthalpy.as_ref().map(|enthalpy| Form::new(&settings, enthalpy)).transpose()?;
         let port = |name, unit, measure| Arc::new(Port::f64(name, unit, "particles", 1, measure));
         Ok(Self {
@@ -176,14 +193,14 @@ impl Thermal {
             Some(form) if self.changes_phase() => {
                 let [molten, vapour] = form.at_start;
                 Some([
-                    Field::new(&self.melted, 0, vec![molten * (1.0 - vapour); found])?,
+                    Field::new(&self.melted, 0, vec![molten; found])?,
                     Field::new(&self.vapourised, 0, vec![u8::from(vapour >= 1.0); found])?,
                 ])
             }
             _ => None,
         };
         let temperature = Field::new(&self.temperature, 0, temperatures_k)?;
-        Ok(State { temperature, phases, enthalpies_j_kg: None, gone: Gone::default(), particles: None })
+        Ok(State { temperature, phases, enthalpies_j_kg: None, gone: Gone::default(), raised: 0, particles: None })
     }
 
     fn changes_phase(&self) -> bool {
@@ -217,8 +234,8 @@ impl Thermal {
             .iter()
             .fold(0.0, |sum, &row| sum + settings.capacity_j_k(radii_then_m[row]) * above_k(temperatures_k[row]));
 
-        let advanced = trapezoidal::advance(settings, &capacities_j_k, &start_k, [&at_start, &at_end], power_w, dt_s);
-        let trapezoidal::Advanced { temperatures_k, to_walls_j, sweeps, not_converged } = advanced;
+        let advanced = trapezoidal::advance(settings, &capacities_j_k, &start_k, [&at_start, &at_end], power_w, dt_s)?;
+        let trapezoidal::Advanced { temperatures_k, to_walls_j, sweeps, not_converged, is_raised } = advanced;
         finite(NODE, "temperature", 1, &temperatures_k)?;
         let above_start_k = temperatures_k.iter().map(|&temperature_k| above_k(temperature_k));
         let heat_j =
@@ -231,6 +248,8 @@ impl Thermal {
             exchanged: vec![Energy::lost("to_walls", to_walls_j)],
             poured_j,
             removed_j,
+            missed_j: 0.0,
+            is_raised,
             figures: figures(sweeps, at_end.biot),
             not_converged,
         })
@@ -261,10 +280,35 @@ impl Physics for Thermal {
     }
 
     fn initial(&self) -> Result<(State, Reply), SolveError> {
-        let state = self.state(vec![self.settings.temperature_k; self.settings.count])?;
-        let mut ledger = vec![Energy::stored("heat", 0.0)];
+        let settings = &self.settings;
+        let (mut heat_j, mut latent_j) = (0.0, 0.0);
+        let mut state = self.state(match &settings.start {
+            Some(start) => start.temperatures_k.clone(),
+            None => vec![settings.temperature_k; settings.count],
+        })?;
+        match (&settings.start, &self.form) {
+            (Some(start), Some(form)) => {
+                let told = form.begin(start)?;
+                (heat_j, latent_j) = (told.heat_j, told.latent_j);
+                if self.changes_phase() {
+                    state.phases = Some([
+                        Field::new(&self.melted, 0, told.melted)?,
+                        Field::new(&self.vapourised, 0, told.vapourised)?,
+                    ]);
+                }
+                state.enthalpies_j_kg = Some(Arc::new(told.enthalpies_j_kg));
+            }
+            (Some(start), None) => {
+                let of_all = start.temperatures_k.iter().zip(&start.radii_m);
+                heat_j = of_all.fold(0.0, |sum, (temperature_k, &radius_m)| {
+                    sum + settings.capacity_j_k(radius_m) * (temperature_k - settings.temperature_k)
+                });
+            }
+            (None, _) => {}
+        }
+        let mut ledger = vec![Energy::stored("heat", heat_j)];
         if self.changes_phase() {
-            ledger.push(Energy::stored("latent", 0.0));
+            ledger.push(Energy::stored("latent", latent_j));
         }
         let reply = self.reply(&state, ledger);
         Ok((state, reply))
@@ -284,18 +328,21 @@ impl Physics for Thermal {
         }
         let mut power =
             |reads: bool, name: &str| reads.then(|| now.power(name, &frozen.end, [&before, then])).transpose();
-        let absorbed_w = power(settings.reads_absorbed_power, "absorbed_power")?;
-        let joule_w = power(settings.reads_joule_power, "joule_power")?;
-        let power_w = match (&absorbed_w, &joule_w) {
+        let absorbed = power(settings.reads_absorbed_power, "absorbed_power")?;
+        let joule = power(settings.reads_joule_power, "joule_power")?;
+        let both = || [&absorbed, &joule].into_iter().flatten();
+        let power_w = match (&absorbed, &joule) {
             (Some(light), Some(current)) => {
-                Some(Cow::Owned(light.iter().zip(&**current).map(|(a, b)| a + b).collect()))
+                let sums = light.on_rows_w.iter().zip(&*current.on_rows_w).map(|(light, current)| light + current);
+                Some(Cow::Owned(sums.collect()))
             }
-            (one, other) => one.as_deref().or(other.as_deref()).map(Cow::Borrowed),
+            (one, other) => one.as_ref().or(other.as_ref()).map(|only| Cow::Borrowed(&*only.on_rows_w)),
         };
         let power_w: Option<&[f64]> = power_w.as_deref();
         let inputs = Inputs { before: &before, then, now: &now, frozen, power_w, dt_s: window.dt_s };
-        let absorbed_j = absorbed_w.as_ref().map_or(0.0, |power_w| energy_j(power_w, window.dt_s));
-        let joule_j = joule_w.as_ref().map(|power_w| energy_j(power_w, window.dt_s));
+        let given_j = |power: &Power<'_>| energy_j(power.given_w, window.dt_s);
+        let (absorbed_j, joule_j) = (absorbed.as_ref().map_or(0.0, given_j), joule.as_ref().map(given_j));
+        let missed_w = both().fold(0.0, |sum, power| sum + power.missed_w);
         let ended = match (&self.form, &settings.enthalpy) {
             (Some(form), Some(enthalpy)) => form.advance(settings, enthalpy, inputs, state)?,
             _ => self.advance(inputs, state)?,
@@ -308,6 +355,9 @@ impl Physics for Thermal {
         if settings.reads_ids {
             ledger.extend([Energy::gained("poured", ended.poured_j), Energy::lost("removed", ended.removed_j)]);
         }
+        if settings.reads_ids || self.changes_phase() {
+            ledger.push(Energy::lost("missed", missed_w * window.dt_s + ended.missed_j));
+        }
         let rows = &now.radii.support;
         let field = |port: &Arc<Port>, values: Values| Field::with_support(Arc::clone(port), rows.clone(), values);
         let mut start = Fields::new();
@@ -316,6 +366,8 @@ impl Physics for Thermal {
         }
         let temperature = field(&self.temperature, ended.temperatures_k.into())?;
         let mut figures = ended.figures;
+        let raised = state.raised + u64::from(ended.is_raised);
+        figures.insert("windows of raised phi".to_owned(), raised as f64);
         let (mut phases, mut enthalpies_j_kg, mut gone) = (None, None, state.gone);
         if let Some(held) = ended.held {
             enthalpies_j_kg = Some(Arc::new(held.enthalpies_j_kg));
@@ -327,7 +379,7 @@ impl Physics for Thermal {
                     Some([field(&self.melted, held.melted.into())?, field(&self.vapourised, held.vapourised.into())?]);
             }
         }
-        let state = State { temperature, phases, enthalpies_j_kg, gone, particles: Some(now) };
+        let state = State { temperature, phases, enthalpies_j_kg, gone, raised, particles: Some(now) };
         let reply = Reply { start, not_converged: ended.not_converged, figures, ..self.reply(&state, ledger) };
         Ok((state, reply))
     }

@@ -2,14 +2,16 @@
 
 use stagger_messages::Fields;
 
-use super::{NODE, Settings};
+use super::{Conductance, NODE, Settings};
 use crate::{
     SolveError,
     physics::contacts::{Contact, Names, PAIRS, WALLS, contacts, in_range},
 };
 
 /// Conductances between particles, and between particles and walls of given temperature, at one instant.
+#[derive(Clone)]
 pub(super) struct Network {
+    model: Conductance,
     pairs: Vec<Pair>,
     walls: Vec<WallLink>,
     /// Sum of the conductances at each particle, in W/K.
@@ -18,6 +20,7 @@ pub(super) struct Network {
     pub(super) biot: f64,
 }
 
+#[derive(Clone)]
 struct Pair {
     i: usize,
     j: usize,
@@ -26,6 +29,7 @@ struct Pair {
     shape_m: f64,
 }
 
+#[derive(Clone)]
 struct WallLink {
     i: usize,
     wall_temperature_k: f64,
@@ -73,8 +77,13 @@ impl Network {
         radii_m: &[f64],
         rows: Option<&[Option<u32>]>,
     ) -> Result<Self, SolveError> {
-        let mut network =
-            Self { pairs: Vec::new(), walls: Vec::new(), at_particle_w_k: vec![0.0; radii_m.len()], biot: 0.0 };
+        let mut network = Self {
+            model: settings.conductance,
+            pairs: Vec::new(),
+            walls: Vec::new(),
+            at_particle_w_k: vec![0.0; radii_m.len()],
+            biot: 0.0,
+        };
         let numbered = Numbered { rows, count: rows.map_or(radii_m.len(), <[_]>::len) };
         network.read_pairs(settings, conductivities, fields, numbered)?;
         network.read_walls(settings, conductivities, fields, numbered)?;
@@ -122,11 +131,11 @@ impl Network {
         Ok(())
     }
 
-    /// Takes the conductances that follow from conductivities of the particles' own, with K_ij = ½ (K_i + K_j) (eq. 6.37).
+    /// Takes the conductances that follow from conductivities of the particles' own, with K_ij of [`Conductance::between`].
     fn conduct(&mut self, conductivities: Conductivities<'_>) {
         let Conductivities::Each(conductivities) = conductivities else { return };
         for pair in &mut self.pairs {
-            pair.conductance_w_k = 0.5 * (conductivities[pair.i] + conductivities[pair.j]) * pair.shape_m;
+            pair.conductance_w_k = self.model.between(conductivities[pair.i], conductivities[pair.j]) * pair.shape_m;
         }
         for link in &mut self.walls {
             link.conductance_w_k = conductivities[link.i] * link.shape_m;
@@ -139,8 +148,19 @@ impl Network {
         self.add_up(Conductivities::Each(conductivities), radii_m);
     }
 
-    fn add_up(&mut self, conductivities: Conductivities<'_>, radii_m: &[f64]) {
+    fn add_up_conductances(&mut self) {
         self.at_particle_w_k.fill(0.0);
+        for &Pair { i, j, conductance_w_k, .. } in &self.pairs {
+            self.at_particle_w_k[i] += conductance_w_k;
+            self.at_particle_w_k[j] += conductance_w_k;
+        }
+        for &WallLink { i, conductance_w_k, .. } in &self.walls {
+            self.at_particle_w_k[i] += conductance_w_k;
+        }
+    }
+
+    fn add_up(&mut self, conductivities: Conductivities<'_>, radii_m: &[f64]) {
+        self.add_up_conductances();
         self.biot = 0.0;
         let biot = |particle: usize, conductance_w_k: f64| match conductivities.at(particle) {
             // It conducts because its partner does, and nothing reaches its inside.
@@ -148,12 +168,9 @@ impl Network {
             conductivity => conductance_w_k / (conductivity * radii_m[particle]),
         };
         for &Pair { i, j, conductance_w_k, .. } in &self.pairs {
-            self.at_particle_w_k[i] += conductance_w_k;
-            self.at_particle_w_k[j] += conductance_w_k;
             self.biot = self.biot.max(biot(i, conductance_w_k)).max(biot(j, conductance_w_k));
         }
         for &WallLink { i, conductance_w_k, .. } in &self.walls {
-            self.at_particle_w_k[i] += conductance_w_k;
             self.biot = self.biot.max(biot(i, conductance_w_k));
         }
     }
@@ -189,6 +206,33 @@ impl Network {
         for &WallLink { i, conductance_w_k, .. } in &self.walls {
             into_w[i] -= conductance_w_k * change_k[i];
         }
+    }
+
+    /// The same where each particle is there for a share of the time only, and a contact for as long as both partners are:
+    /// means over the time.
+    pub(super) fn lasting(&self, shares: &[f64]) -> Self {
+        let pair = |&Pair { i, j, conductance_w_k, shape_m }: &Pair| {
+            let share = shares[i].min(shares[j]);
+            Pair { i, j, conductance_w_k: share * conductance_w_k, shape_m: share * shape_m }
+        };
+        let wall = |&WallLink { i, wall_temperature_k, conductance_w_k, shape_m }: &WallLink| {
+            let share = shares[i];
+            WallLink { i, wall_temperature_k, conductance_w_k: share * conductance_w_k, shape_m: share * shape_m }
+        };
+        let mut lasting = Self {
+            model: self.model,
+            pairs: self.pairs.iter().map(pair).collect(),
+            walls: self.walls.iter().map(wall).collect(),
+            at_particle_w_k: vec![0.0; self.at_particle_w_k.len()],
+            biot: self.biot,
+        };
+        lasting.add_up_conductances();
+        lasting
+    }
+
+    /// The contacts with walls: the particle, and the wall's temperature in K.
+    pub(super) fn with_walls(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
+        self.walls.iter().map(|link| (link.i, link.wall_temperature_k))
     }
 
     /// The contacts between particles: i, j, and the conductance in W/K.

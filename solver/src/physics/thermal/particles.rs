@@ -10,7 +10,7 @@ use crate::{
     SolveError,
     physics::{
         checks::{field, radii, values},
-        rows::{by_ids, rows_then},
+        rows::rows_then,
     },
 };
 
@@ -34,6 +34,16 @@ pub(super) struct Carried {
     pub(super) came: Vec<usize>,
     /// Rows of the earlier instant that are there no more.
     pub(super) went: Vec<usize>,
+}
+
+/// A power that a field gives the particles, in W.
+pub(super) struct Power<'f> {
+    /// As its writer gave it.
+    pub(super) given_w: &'f [f64],
+    /// On the rows there are now.
+    pub(super) on_rows_w: Cow<'f, [f64]>,
+    /// Given to particles that are there no more.
+    pub(super) missed_w: f64,
 }
 
 impl Particles {
@@ -114,19 +124,20 @@ impl Particles {
         }
     }
 
-    /// The power `name` on these rows, in W. Where its writer has not seen yet who came or went, particles take what it
-    /// gave them then, and new ones nothing; `known` are the particles of earlier instants it may belong to.
+    /// The power `name`, in W. Where its writer has not seen yet who came or went, particles take what it gave them then, and
+    /// new ones nothing; `known` are the particles of earlier instants it may belong to.
     pub(super) fn power<'f>(
         &mut self,
         name: &str,
         fields: &'f Fields,
         known: [&Self; 2],
-    ) -> Result<Cow<'f, [f64]>, SolveError> {
+    ) -> Result<Power<'f>, SolveError> {
         let power = field(fields, name)?;
         let Some(ids) = &self.ids else {
-            return values(NODE, fields, name, self.radii.rows(), "`radii`").map(Cow::Borrowed);
+            let given_w = values(NODE, fields, name, self.radii.rows(), "`radii`")?;
+            return Ok(Power { given_w, on_rows_w: Cow::Borrowed(given_w), missed_w: 0.0 });
         };
-        let power_w = values(NODE, fields, name, power.rows(), "it")?;
+        let given_w = values(NODE, fields, name, power.rows(), "it")?;
         let mut sets = [ids].into_iter().chain(known.into_iter().flat_map(|of| of.ids.iter().chain(&of.heated)));
         let Some(heated) = sets.find(|set| set.support == power.support) else {
             return Err(SolveError::Mismatch(format!(
@@ -135,12 +146,20 @@ impl Particles {
                 power.support.count, power.support.revision, ids.support.count, ids.support.revision
             )));
         };
-        let on_rows = if heated.support == ids.support {
-            Cow::Borrowed(power_w)
+        let mut missed_w = 0.0;
+        let on_rows_w = if heated.support == ids.support {
+            Cow::Borrowed(given_w)
         } else {
-            Cow::Owned(by_ids(power_w, heated.u32()?, ids.u32()?, 0.0)?)
+            let mut on_rows_w = vec![0.0; ids.rows()];
+            for (row, &power_w) in rows_then(ids.u32()?, heated.u32()?)?.into_iter().zip(given_w) {
+                match row {
+                    Some(row) => on_rows_w[row as usize] = power_w,
+                    None => missed_w += power_w,
+                }
+            }
+            Cow::Owned(on_rows_w)
         };
         self.heated.push(heated.clone());
-        Ok(on_rows)
+        Ok(Power { given_w, on_rows_w, missed_w })
     }
 }

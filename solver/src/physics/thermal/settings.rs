@@ -2,9 +2,15 @@ use std::f64::consts::PI;
 
 use serde::Serialize;
 
-use super::Table;
+use super::{NODE, Table};
 pub use crate::physics::Conductance;
-use crate::{math, physics::Wall};
+use crate::{
+    SolveError, math,
+    physics::{
+        Wall,
+        checks::{positive, setting},
+    },
+};
 
 /// Everything the particles' temperature depends on. SI units.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -13,6 +19,8 @@ pub struct Settings {
     pub count: usize,
     /// Temperature of every particle at t = 0, in K.
     pub temperature_k: f64,
+    /// What each particle has at t = 0 instead, in the order of the rows; `None` where they start alike.
+    pub start: Option<Start>,
     /// Temperature of particles that come later, in K; `None` is that of the start.
     pub pour_temperature_k: Option<f64>,
     /// Density ρ in kg/m³; this and the next two are of the first material at the start, and hold for all particles at all
@@ -28,6 +36,8 @@ pub struct Settings {
     pub walls: Vec<Wall>,
     /// Weight φ in [0, 1] of the window's end (eqs. 6.44, 10.30).
     pub phi: f64,
+    /// What is done where a window with this φ would carry a particle beyond all that surrounds it.
+    pub overshoot: Overshoot,
     /// True where an optics physics writes `absorbed_power`.
     pub reads_absorbed_power: bool,
     /// True where a current physics writes `joule_power`.
@@ -43,6 +53,19 @@ pub struct Settings {
     pub enthalpy: Option<Enthalpy>,
 }
 
+/// Particles that do not start alike; all lists are of one length.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Start {
+    /// Temperatures in K.
+    pub temperatures_k: Vec<f64>,
+    /// Liquid shares, from 0 to 1: they tell how far a particle is that melts at one temperature. Empty where nothing is known.
+    pub melted: Vec<f64>,
+    /// Radii in m, by which the heat at t = 0 is known.
+    pub radii_m: Vec<f64>,
+    /// Places in the list of materials.
+    pub materials: Vec<u16>,
+}
+
 /// What goes beyond one material of constant properties whose heat flows through contacts only.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Enthalpy {
@@ -52,6 +75,19 @@ pub struct Enthalpy {
     pub solver: Solver,
     /// Heat exchanged with what surrounds the particles; `None` is none.
     pub ambient: Option<Ambient>,
+}
+
+/// What is done where a window would carry a particle beyond all that surrounds it: the part 1 − φ of the flow at the window's
+/// start does so in steps longer than m C/(G (1 − φ)), with the sum G of the particle's conductances.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Overshoot {
+    /// The window's end gets more weight than φ, as much as it takes.
+    Implicit,
+    /// A smaller step is asked for.
+    SmallerStep,
+    /// The run ends with an error.
+    Refuse,
 }
 
 impl Enthalpy {
@@ -118,6 +154,32 @@ pub struct Ambient {
     pub emissivity: f64,
     /// Share of each particle's surface 4π R² that sees it, from 0 to 1.
     pub exposed: f64,
+}
+
+impl Start {
+    /// Refuses lists of other lengths and values outside their range.
+    pub(super) fn check(&self, count: usize) -> Result<(), SolveError> {
+        let Self { temperatures_k, melted, radii_m, materials } = self;
+        let optional = |length: usize| length == 0 || length == count;
+        let fits = temperatures_k.len() == count && radii_m.len() == count;
+        if !(fits && optional(melted.len()) && optional(materials.len())) {
+            return Err(SolveError::Start(format!(
+                "{NODE}: {count} particles start, but with {} temperatures, {} liquid shares, {} radii and {} materials",
+                temperatures_k.len(),
+                melted.len(),
+                radii_m.len(),
+                materials.len()
+            )));
+        }
+        for &temperature_k in temperatures_k {
+            let is_one = temperature_k.is_finite() && temperature_k >= 0.0;
+            setting(NODE, "initial temperature of a particle", temperature_k, is_one, "at least 0 K")?;
+        }
+        for &share in melted {
+            setting(NODE, "liquid share of a particle", share, (0.0..=1.0).contains(&share), "from 0 to 1")?;
+        }
+        radii_m.iter().try_for_each(|&radius_m| positive(NODE, "radius of a particle", radius_m))
+    }
 }
 
 impl Settings {

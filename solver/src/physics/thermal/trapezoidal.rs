@@ -1,5 +1,9 @@
-use super::{Settings, network::Network};
-use crate::{coupling::NotConverged, math};
+use super::{
+    Settings,
+    network::Network,
+    overshoot::{AtStart, Holds, Weights, weights},
+};
+use crate::{SolveError, coupling::NotConverged, math};
 
 /// Temperatures at a window's end and what it took to get there.
 pub(super) struct Advanced {
@@ -8,6 +12,24 @@ pub(super) struct Advanced {
     pub(super) to_walls_j: f64,
     pub(super) sweeps: u32,
     pub(super) not_converged: Option<NotConverged>,
+    /// Whether the window's end had more weight than φ.
+    pub(super) is_raised: bool,
+}
+
+/// Particles that hold m C θ.
+struct Constant<'a> {
+    capacities_j_k: &'a [f64],
+    start_k: &'a [f64],
+}
+
+impl Holds for Constant<'_> {
+    fn least_capacity_j_k(&self, i: usize) -> f64 {
+        self.capacities_j_k[i]
+    }
+
+    fn heat_to_j(&self, i: usize, temperature_k: f64) -> f64 {
+        self.capacities_j_k[i] * (temperature_k - self.start_k[i])
+    }
 }
 
 /// One window of the trapezoidal rule with weight φ (Zohdi 2018, eqs. 6.44, 10.30):
@@ -15,7 +37,8 @@ pub(super) struct Advanced {
 /// θ(t+Δt) = θ(t) + Δt/(m C) \[ φ F(θ(t+Δt)) + (1 − φ) F(θ(t)) + H \]
 ///
 /// F is the heat flow through the contacts at the end and at the start, H the mean power of the window.
-/// φ = ½ is second order in Δt, every other weight first; φ ≥ ½ is stable for every Δt.
+/// φ = ½ is second order in Δt, every other weight first; φ ≥ ½ is stable for every Δt. Where a window would carry a particle
+/// beyond all that surrounds it, [`weights`] raises φ, or asks for what the scene wants instead.
 ///
 /// The monograph inserts the last iterate on the right, which contracts only while φ Δt ΣG/(m C) is small. Here each
 /// sweep also takes the particle's own temperature at its new value (Jacobi), which contracts for every Δt. A window
@@ -29,13 +52,14 @@ pub(super) fn advance(
     [at_start, at_end]: [&Network; 2],
     power_w: Option<&[f64]>,
     dt_s: f64,
-) -> Advanced {
-    let phi = settings.phi;
+) -> Result<Advanced, SolveError> {
     let mut flow_w = vec![0.0; start_k.len()];
     let start_to_walls_w = at_start.heat_flow(start_k, &mut flow_w);
-    let known_j: Vec<f64> = (0..start_k.len())
-        .map(|i| dt_s * ((1.0 - phi) * flow_w[i] + power_w.map_or(0.0, |power_w| power_w[i])))
-        .collect();
+    let start = AtStart { network: at_start, exchange: None, temperatures_k: start_k, flow_w: &flow_w };
+    let Weights { start: before, end: phi, is_raised, not_converged: overshot } =
+        weights(settings, dt_s, &start, &Constant { capacities_j_k, start_k })?;
+    let known_j: Vec<f64> =
+        (0..start_k.len()).map(|i| dt_s * (before * flow_w[i] + power_w.map_or(0.0, |power_w| power_w[i]))).collect();
 
     let mut iterate_k = start_k.to_vec();
     let mut temperatures_k = vec![0.0; start_k.len()];
@@ -55,9 +79,9 @@ pub(super) fn advance(
         // With φ = 0 nothing on the right is unknown.
         let converged = phi == 0.0 || change <= settings.tolerance;
         if converged || sweeps >= settings.iterations {
-            let to_walls_j = dt_s * (phi * end_to_walls_w + (1.0 - phi) * start_to_walls_w);
-            let not_converged = (!converged).then(|| not_converged(settings, change));
-            return Advanced { temperatures_k, to_walls_j, sweeps, not_converged };
+            let to_walls_j = dt_s * (phi * end_to_walls_w + before * start_to_walls_w);
+            let not_converged = overshot.or_else(|| (!converged).then(|| not_converged(settings, change)));
+            return Ok(Advanced { temperatures_k, to_walls_j, sweeps, not_converged, is_raised });
         }
     }
 }

@@ -15,10 +15,13 @@ const TOLD: usize = 5;
 /// Columns that must be there, and those that may be. Other columns are left alone.
 const REQUIRED: [&str; 4] = ["x", "y", "z", "radius"];
 const VELOCITY: [&str; 3] = ["vx", "vy", "vz"];
+const SPIN: [&str; 3] = ["wx", "wy", "wz"];
+const TEMPERATURE: &str = "temperature";
+const MELTED: &str = "melted";
 const MATERIAL: &str = "material";
 
 /// Other names, in lower case, and the columns they stand for.
-const ALIASES: [(&str, &[&str]); 10] = [
+const ALIASES: [(&str, &[&str]); 12] = [
     ("pos", REQUIRED.split_at(3).0),
     ("position", REQUIRED.split_at(3).0),
     ("positions", REQUIRED.split_at(3).0),
@@ -27,12 +30,23 @@ const ALIASES: [(&str, &[&str]); 10] = [
     ("vel", &VELOCITY),
     ("velocity", &VELOCITY),
     ("velocities", &VELOCITY),
+    ("spins", &SPIN),
+    ("angular_velocity", &SPIN),
     ("radius", REQUIRED.split_at(3).1),
     ("radii", REQUIRED.split_at(3).1),
 ];
 
 /// Values that one array may have: a file that promises more is refused before memory is asked for.
 const MOST_VALUES: usize = 1 << 30;
+
+/// What a file may tell beside places and radii, each with its columns.
+pub(super) const OPTIONAL: [(&str, &[&str]); 5] = [
+    ("velocity", &VELOCITY),
+    ("spin", &SPIN),
+    ("temperature", &[TEMPERATURE]),
+    ("melted", &[MELTED]),
+    ("material", &[MATERIAL]),
+];
 
 /// Values under one name, by row.
 #[derive(Debug)]
@@ -83,6 +97,15 @@ impl Faults {
             tell(format!("{path}{place}: {message}{rest}"), hint);
         }
     }
+}
+
+/// What a file tells of the particles' heat.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Heat {
+    /// Temperatures in K.
+    pub temperatures_k: Vec<f64>,
+    /// Liquid shares, where the file has them.
+    pub melted: Option<Vec<f64>>,
 }
 
 /// What finds a material by what a file calls it: its index, or what is wrong and perhaps what to do.
@@ -141,7 +164,7 @@ fn hint_for_number(word: &str) -> Option<String> {
 
 /// Whether a column of this name means something to particles.
 fn is_known(name: &str) -> bool {
-    name == MATERIAL || REQUIRED.contains(&name) || VELOCITY.contains(&name)
+    REQUIRED.contains(&name) || OPTIONAL.iter().any(|(_, columns)| columns.contains(&name))
 }
 
 /// The columns that a name of several components stands for; other names stand for themselves.
@@ -217,7 +240,7 @@ impl Columns {
             let [x, y, z] = columns.as_slice() else { return None };
             Some(x.iter().zip(*y).zip(*z).map(|((x, y), z)| [*x, *y, *z]).collect())
         };
-        let (positions, velocities) = (three(&REQUIRED[..3]), three(&VELOCITY));
+        let (positions, velocities, spins) = (three(&REQUIRED[..3]), three(&VELOCITY), three(&SPIN));
         let radii = self.numbers(REQUIRED[3], &mut faults);
         let (Some(positions), Some(radii), true) = (positions, radii, faults.0.is_empty()) else { return Err(faults) };
         let velocities = velocities.unwrap_or_else(|| vec![velocity_m_s; positions.len()]);
@@ -230,6 +253,11 @@ impl Columns {
                 faults.push(line, format!("expected a positive radius, found {radius}{place}"), None);
             }
         }
+        let spins_rad_s = spins.unwrap_or_default();
+        if let Some(row) = spins_rad_s.iter().position(|spin| spin.iter().any(|value| !value.is_finite())) {
+            let spin = spins_rad_s[row];
+            faults.push(self.lines.get(row).copied(), format!("expected a finite spin, found {spin:?}"), None);
+        }
         let materials = self.materials(positions.len(), find_material, &mut faults);
         if !faults.0.is_empty() {
             return Err(faults);
@@ -239,7 +267,48 @@ impl Columns {
             velocities_m_s: velocities,
             radii_m: radii.iter().map(|radius| radius * unit_m).collect(),
             materials,
+            spins_rad_s,
         })
+    }
+
+    /// What the file tells of the particles' heat; `None` where it has no temperatures.
+    ///
+    /// # Errors
+    /// A temperature is negative or not finite, a liquid share is not from 0 to 1.
+    pub fn heat(&self) -> Result<Option<Heat>, Faults> {
+        let mut faults = Faults::default();
+        let mut column = |name: &str, expected: &str, fits: fn(f64) -> bool| {
+            let values = self.numbers(name, &mut faults)?;
+            if let Some(row) = values.iter().position(|value| !fits(*value)) {
+                let found = values[row];
+                let place = if self.lines.is_empty() { format!(" of particle {row}") } else { String::new() };
+                faults.push(self.lines.get(row).copied(), format!("expected {expected}, found {found}{place}"), None);
+            }
+            Some(values.to_vec())
+        };
+        let temperatures_k = column(TEMPERATURE, "a temperature of at least 0 K", |k| k.is_finite() && k >= 0.0);
+        let melted = column(MELTED, "a liquid share from 0 to 1", |share| (0.0..=1.0).contains(&share));
+        if faults.0.is_empty() {
+            Ok(temperatures_k.map(|temperatures_k| Heat { temperatures_k, melted }))
+        } else {
+            Err(faults)
+        }
+    }
+
+    /// Leaves out what the file tells of these, by the names of [`OPTIONAL`].
+    pub fn leave_out(&mut self, unwanted: impl Fn(&str) -> bool) {
+        for (name, columns) in OPTIONAL.iter().filter(|(name, _)| unwanted(name)) {
+            let of_these = |column: &(String, Values)| columns.contains(&column.0.as_str()) || column.0 == *name;
+            self.columns.retain(|column| !of_these(column));
+        }
+    }
+
+    /// Names of what the file tells, of [`OPTIONAL`], and of the columns that nothing reads.
+    pub fn told(&self) -> (Vec<&'static str>, Vec<&str>) {
+        let has = |columns: &[&str]| columns.iter().all(|name| self.find(name).is_some());
+        let used = OPTIONAL.iter().filter(|(_, columns)| has(columns)).map(|(name, _)| *name).collect();
+        let names = self.columns.iter().map(|(name, _)| name.as_str());
+        (used, names.filter(|name| !is_known(name)).collect())
     }
 
     fn materials(&self, rows: usize, find: FindMaterial<'_>, faults: &mut Faults) -> Vec<u16> {
@@ -271,12 +340,13 @@ impl Columns {
     fn check_names(&self, faults: &mut Faults) {
         let names = || self.columns.iter().map(|(name, _)| name.as_str());
         let given = |wanted: &str| names().any(|name| name == wanted);
-        let known = REQUIRED.into_iter().chain(VELOCITY).chain([MATERIAL]);
+        let known = REQUIRED.into_iter().chain(OPTIONAL.iter().flat_map(|(_, columns)| columns.iter().copied()));
         let strange = || names().filter(|name| !is_known(name));
-        let some_velocity = VELOCITY.iter().any(|name| given(name));
+        let some = |of: &[&str; 3], wanted: &str| of.contains(&wanted) && of.iter().any(|name| given(name));
         for wanted in known.filter(|wanted| !given(wanted)) {
-            let meant = nearest(wanted, strange());
-            let needed = REQUIRED.contains(&wanted) || (VELOCITY.contains(&wanted) && some_velocity);
+            // Forces and other vectors of one letter are as near to a spin's as a slip would be.
+            let meant = nearest(wanted, strange()).filter(|_| !SPIN.contains(&wanted));
+            let needed = REQUIRED.contains(&wanted) || some(&VELOCITY, wanted) || some(&SPIN, wanted);
             if !needed && meant.is_none() {
                 continue;
             }

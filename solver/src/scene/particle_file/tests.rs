@@ -27,6 +27,7 @@ fn two(velocities_m_s: [[f64; 3]; 2], materials: [u16; 2]) -> Start {
         velocities_m_s: velocities_m_s.into(),
         radii_m: vec![0.25e-3, 0.125e-3],
         materials: materials.into(),
+        spins_rad_s: Vec::new(),
     }
 }
 

@@ -112,7 +112,8 @@ fn every_key_of_the_reference_is_read_and_every_value_read_is_in_it() {
         &[
             (
                 "particles",
-                "{ start = { kind = \"file\", path = \"bed.csv\", unit = \"mm\", materials = [\"copper\", \"copper\"] } }",
+                "{ start = { kind = \"file\", path = \"bed.csv\", unit = \"mm\", materials = [\"copper\", \"copper\"], \
+                 columns = [\"material\"] } }",
             ),
             ("particles.material", "copper"),
         ],

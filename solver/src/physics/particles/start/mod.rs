@@ -28,6 +28,8 @@ pub struct Placed {
     pub radii: Vec<f64>,
     /// Materials, as indices into [`Settings::materials`].
     pub materials: Vec<u16>,
+    /// Spins, in rad/s.
+    pub spins: Vec<[f64; 3]>,
 }
 
 /// Largest rounding error of a position over the radius with which contacts are computed: a contact's overlap is some
@@ -75,8 +77,10 @@ fn placed(settings: &Settings) -> Result<Placed, SolveError> {
             let settle = Settle { until: *until, damping: *damping, longest_s: *longest_s };
             (settle.place(settings, region, &bodies, &mut random)?, [0.0; 3])
         }
-        Start::Given { positions_m, velocities_m_s, radii_m, materials } => {
+        Start::Given { positions_m, velocities_m_s, radii_m, materials, spins_rad_s } => {
+            let spins = if spins_rad_s.is_empty() { vec![[0.0; 3]; positions_m.len()] } else { spins_rad_s.clone() };
             return Ok(Placed {
+                spins,
                 positions: positions_m.clone(),
                 velocities: velocities_m_s.clone(),
                 radii: radii_m.clone(),
@@ -85,6 +89,7 @@ fn placed(settings: &Settings) -> Result<Placed, SolveError> {
         }
     };
     Ok(Placed {
+        spins: vec![[0.0; 3]; positions.len()],
         velocities: vec![velocity; positions.len()],
         positions: positions.into_iter().map(Into::into).collect(),
         radii: bodies.radii,

@@ -176,6 +176,7 @@ fn bed(settings: &Settings, bodies: &Bodies, loose: &[Vec3]) -> Settings {
             velocities_m_s: vec![[0.0; 3]; loose.len()],
             radii_m: bodies.radii.clone(),
             materials: bodies.materials.clone(),
+            spins_rad_s: Vec::new(),
         },
         reads_temperature: false,
         reads_vapourised: false,
