@@ -69,7 +69,10 @@ fn bless(scene: &str, hash: &str) {
 fn run(shortened: &Shortened, arguments: &[&str], environment: &[(&str, &str)]) -> Value {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes").join(&shortened.scene);
     let mut command = Command::new(env!("CARGO_BIN_EXE_stagger"));
-    command.arg("run").arg(path).args(["--json", "--set", &shortened.set, "--set", "recovery.checkpoint-steps=1"]);
+    command.arg("run").arg(path).arg("--json");
+    for set in [&shortened.set, "recovery.checkpoint=1", "recovery.start=300", "record.level=accepted"] {
+        command.args(["--set", set]);
+    }
     let output = command.args(arguments).envs(environment.iter().copied()).output().unwrap();
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{}, {arguments:?}, {environment:?}: {said}", shortened.scene);
@@ -85,7 +88,7 @@ fn check(scene: &str) {
     let run = |arguments: &[&str], environment: &[(&str, &str)]| run(&shortened, arguments, environment);
 
     // As anybody runs it: a process for each node, as many threads and lanes as the machine has.
-    let plain = run(&["--record", recording, "--set", "record.level=accepted"], &[]);
+    let plain = run(&["--record", recording], &[]);
     let hash = plain["hash"].as_str().unwrap();
     let accepted = plain["steps"]["accepted"].as_u64().unwrap();
     assert!(accepted >= 12, "{scene} has {accepted} steps");
