@@ -1,6 +1,12 @@
 //! `stagger check`: whether a scene can run, and who reads what from whom.
 
-use std::{collections::BTreeMap, fmt::Write as _, path::Path, sync::Arc, time::Duration};
+use std::{
+    collections::BTreeMap,
+    fmt::Write as _,
+    path::Path,
+    sync::{Arc, Mutex},
+    time::Duration,
+};
 
 use stagger_messages::{Plan, Ports};
 use stagger_solver::{
@@ -10,11 +16,13 @@ use stagger_solver::{
 
 use crate::{
     coordinator::{self, Remote},
+    endpoint::Endpoint,
     graph::{Format, Graph},
     launcher::{Common, Launcher},
     link::{Link, Role},
     roster::{RosterError, Runs, participant, roster},
-    run::{Endpoint, Failed},
+    run::Failed,
+    scene_files::SceneFile,
 };
 
 /// How long a command has to say what its ports are.
@@ -79,36 +87,43 @@ pub struct Checked {
     pub plan: Plan,
 }
 
-/// Checks a scene to the end: a command that takes part is started, asked for its ports, and ended.
+/// Checks a scene, read from `file`, to the end: a command that takes part is started, asked for its ports, and ended. The
+/// recording `files` holds the files the scene names, where they are not beside it.
 ///
 /// # Errors
 /// A node cannot be built or started, or the nodes do not fit together.
-pub fn check_whole(scene: &Scene, file: &Path) -> Result<Checked, CheckError> {
+pub fn check_whole(scene: &Scene, file: &SceneFile, files: Option<&Path>) -> Result<Checked, CheckError> {
     let (mut ports, commands) = ports(scene)?;
     if !commands.is_empty() {
-        ports.extend(ask(scene, file, &commands)?);
+        ports.extend(ask(scene, file, files, &commands)?);
     }
     let plan = coupling::plan(&ports, &scene.coupling)?;
     Ok(Checked { ports, plan })
 }
 
 /// Ports of the nodes that only the commands themselves know.
-fn ask(scene: &Scene, file: &Path, commands: &[String]) -> Result<BTreeMap<String, Ports>, Failed> {
+fn ask(
+    scene: &Scene,
+    file: &SceneFile,
+    files: Option<&Path>,
+    commands: &[String],
+) -> Result<BTreeMap<String, Ports>, Failed> {
     let run = format!("check-{}", std::process::id());
-    let endpoint = Endpoint::new(&run, None)?;
+    let mut endpoint = Endpoint::new(&run)?;
     let link = Link::open(&Role::Hub { listen: vec![endpoint.name.clone()] }, None)?;
+    let handed_over = if file.can_be_read_again(scene) { None } else { endpoint.hand_over(scene)? };
     let common = Common {
         run: run.clone(),
         connect: endpoint.name.clone(),
-        scene: file.to_owned(),
+        scene: handed_over.as_ref().map_or(&file.path, |handed| &handed.scene).clone(),
         overrides: scene.overrides.clone(),
-        files: None,
+        files: handed_over.and_then(|handed| handed.files).or(files.map(Path::to_owned)),
         scene_hash: scene.hash,
         threads: None,
     };
     let nodes: BTreeMap<_, _> = roster(scene).into_iter().filter(|(name, _)| commands.contains(name)).collect();
     let names = nodes.keys().cloned().collect();
-    let mut launcher = Launcher::start(&nodes, common, Arc::default())
+    let mut launcher = Launcher::start(&nodes, common, Arc::new(Mutex::new(endpoint)), Arc::default())
         .map_err(|source| Failed::Io { what: "cannot start the nodes".into(), source })?;
     let mut remote = Remote::new(link.clone(), &run, names, PATIENCE, None, &mut launcher)?;
     let manifests = remote.gather(scene.hash, PATIENCE);

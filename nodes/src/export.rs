@@ -3,7 +3,7 @@
 mod scalars;
 
 use std::{
-    fs::{self, File},
+    fs,
     io::BufWriter,
     path::{Path, PathBuf},
 };
@@ -13,6 +13,11 @@ use stagger_recordings::{
     Recording, RecordingError, State, States, Step,
     vtp::{self, VtpError},
 };
+
+use crate::outputs::{self, Inputs, Output, OutputError, Replace};
+
+/// What tables of scalars begin with.
+const TABLE: &str = scalars::HEAD;
 
 /// Why a recording is not exported.
 #[derive(Debug, thiserror::Error)]
@@ -28,6 +33,9 @@ pub enum ExportError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// A file may not be replaced, or cannot be made.
+    #[error(transparent)]
+    Output(#[from] OutputError),
     /// A state cannot be written.
     #[error("{}: {source}", path.display())]
     State {
@@ -36,6 +44,39 @@ pub enum ExportError {
         /// What is wrong.
         source: VtpError,
     },
+}
+
+/// Where a recording is exported to.
+#[derive(Clone, Debug)]
+pub struct Folder<'f> {
+    /// The folder, which is made.
+    pub path: &'f Path,
+    /// Whether files that no earlier export has written may be replaced.
+    pub overwrite: bool,
+    /// What may not.
+    pub inputs: Inputs,
+}
+
+impl Folder<'_> {
+    /// Whether a file may be written, in the place of what begins like `own`.
+    ///
+    /// # Errors
+    /// It may not.
+    pub fn allows(&self, path: &Path, own: &'static str) -> Result<(), OutputError> {
+        self.inputs.spare(path)?;
+        Replace::own(own, self.overwrite).allows(path)
+    }
+
+    fn create(&self, path: &Path, own: &'static str) -> Result<Output, OutputError> {
+        self.inputs.spare(path)?;
+        Output::create(path, Replace::own(own, self.overwrite))
+    }
+
+    fn make(&self) -> Result<(), ExportError> {
+        fs::create_dir_all(self.path).map_err(|source| ExportError::Io { path: self.path.into(), source })?;
+        outputs::sweep(&self.path.join(TABLE));
+        Ok(())
+    }
 }
 
 /// What was exported for ParaView.
@@ -76,8 +117,13 @@ pub struct Reading {
 ///
 /// # Errors
 /// The recording cannot be read or has no particles; a file cannot be written.
-pub fn paraview(recording: &Recording, folder: &Path, every: u64, contacts: bool) -> Result<Exported, ExportError> {
-    make(folder)?;
+pub fn paraview(
+    recording: &Recording,
+    folder: &Folder<'_>,
+    every: u64,
+    contacts: bool,
+) -> Result<Exported, ExportError> {
+    folder.make()?;
     let mut particles =
         Series { folder, name: "particles", write: |step, file| vtp::particles(step, file), files: Vec::new() };
     let mut lines =
@@ -111,15 +157,12 @@ pub fn paraview(recording: &Recording, folder: &Path, every: u64, contacts: bool
 ///
 /// # Errors
 /// The recording cannot be opened again, or the file not be written.
-pub fn scalars(recording: &Recording, folder: &Path) -> Result<Scalars, ExportError> {
-    make(folder)?;
-    let path = folder.join("scalars.csv");
-    let (rows, reading) = scalars::write(recording, &path)?;
+pub fn scalars(recording: &Recording, folder: &Folder<'_>) -> Result<Scalars, ExportError> {
+    folder.make()?;
+    let path = folder.path.join("scalars.csv");
+    let output = folder.create(&path, TABLE)?;
+    let (rows, reading) = scalars::write(recording, &path, output)?;
     Ok(Scalars { rows, path, reading })
-}
-
-fn make(folder: &Path) -> Result<(), ExportError> {
-    fs::create_dir_all(folder).map_err(|source| ExportError::Io { path: folder.into(), source })
 }
 
 /// Hands every accepted state of a recording over, as far as it can be read.
@@ -142,25 +185,29 @@ fn read(recording: &Recording, mut put: impl FnMut(State) -> Result<(), ExportEr
 
 /// Files of one kind, by time.
 struct Series<'f> {
-    folder: &'f Path,
+    folder: &'f Folder<'f>,
     name: &'static str,
-    write: fn(&Step, BufWriter<File>) -> Result<(), VtpError>,
+    write: fn(&Step, BufWriter<&mut Output>) -> Result<(), VtpError>,
     files: Vec<(f64, String)>,
 }
 
 impl Series<'_> {
     fn put(&mut self, step: &Step) -> Result<(), ExportError> {
         let name = format!("{}-{:06}.vtp", self.name, step.version.step);
-        let path = self.folder.join(&name);
-        let file = File::create(&path).map_err(|source| ExportError::Io { path: path.clone(), source })?;
-        (self.write)(step, BufWriter::new(file)).map_err(|source| ExportError::State { path, source })?;
+        let path = self.folder.path.join(&name);
+        let mut file = self.folder.create(&path, vtp::BEGIN)?;
+        (self.write)(step, BufWriter::new(&mut file)).map_err(|source| ExportError::State { path, source })?;
+        file.place()?;
         self.files.push((step.t_s, name));
         Ok(())
     }
 
     fn finish(self) -> Result<PathBuf, ExportError> {
-        let path = self.folder.join(format!("{}.pvd", self.name));
-        fs::write(&path, vtp::series(&self.files)).map_err(|source| ExportError::Io { path: path.clone(), source })?;
+        let path = self.folder.path.join(format!("{}.pvd", self.name));
+        let mut file = self.folder.create(&path, vtp::SERIES_BEGIN)?;
+        let written = std::io::Write::write_all(&mut file, vtp::series(&self.files).as_bytes());
+        written.map_err(|source| ExportError::Io { path: path.clone(), source })?;
+        file.place()?;
         Ok(path)
     }
 }

@@ -5,17 +5,21 @@
 
 use std::{
     collections::BTreeMap,
+    ffi::{OsStr, OsString},
     os::unix::process::{CommandExt as _, ExitStatusExt as _},
     path::PathBuf,
     process::{Child, Command, ExitStatus, Stdio},
     sync::{
-        Arc,
+        Arc, Mutex, PoisonError,
         atomic::{AtomicBool, Ordering},
     },
     time::{Duration, Instant},
 };
 
-use crate::{coordinator::Keeper, diagnostics, last_words::LastWords, roster::Runs, shared_memory};
+use crate::{
+    coordinator::Keeper, diagnostics, endpoint::Endpoint, environment, last_words::LastWords, roster::Runs,
+    shared_memory, words,
+};
 
 /// Lines of a node's diagnostics that are kept to explain its end.
 const LAST_LINES: usize = 20;
@@ -29,7 +33,7 @@ const FILE_TOO_LARGE: i32 = nix::sys::signal::SIGXFSZ as i32;
 /// script it cannot open), a shell's command cannot be run, or is not found.
 const HOPELESS: [i32; 3] = [2, 126, 127];
 /// One thread for everything Zenoh does in a node: fastest at these rates, and its callbacks only enqueue.
-const ONE_THREAD: &str =
+pub(crate) const ONE_THREAD: &str =
     "(app: (worker_threads: 1), rx: (handover: app), tx: (handover: app), acc: (handover: app), net: (handover: app))";
 
 /// What every node of a run is told.
@@ -55,6 +59,7 @@ pub struct Common {
 pub struct Launcher {
     workers: BTreeMap<String, Worker>,
     common: Common,
+    endpoint: Arc<Mutex<Endpoint>>,
     interrupted: Arc<AtomicBool>,
 }
 
@@ -65,19 +70,20 @@ struct Worker {
 }
 
 impl Launcher {
-    /// Starts a process for each node. Those already started end when this fails.
+    /// Starts a process for each node, which meets the others at `endpoint`. Those already started end when this fails.
     ///
     /// # Errors
     /// A process cannot be started.
     pub fn start(
         nodes: &BTreeMap<String, Runs>,
         common: Common,
+        endpoint: Arc<Mutex<Endpoint>>,
         interrupted: Arc<AtomicBool>,
     ) -> std::io::Result<Self> {
         if let Some(why) = shared_memory::why_unusable() {
             diagnostics::warn(&format!("there is no shared memory ({why}): fields go through the socket, slower"));
         }
-        let mut launcher = Self { workers: BTreeMap::new(), common, interrupted };
+        let mut launcher = Self { workers: BTreeMap::new(), common, endpoint, interrupted };
         for (name, runs) in nodes {
             let worker = Worker::start(name, runs, &launcher.common)?;
             launcher.workers.insert(name.clone(), worker);
@@ -117,7 +123,7 @@ impl Worker {
     fn start(name: &str, runs: &Runs, common: &Common) -> std::io::Result<Self> {
         let mut command = command(name, runs, common)?;
         let mut child = command.spawn().map_err(|error| {
-            std::io::Error::new(error.kind(), format!("node `{name}`: cannot start {command:?}: {error}"))
+            std::io::Error::new(error.kind(), format!("node `{name}`: cannot start {}: {error}", shown(&command)))
         })?;
         let name = name.to_owned();
         let hear = move |line: &str| diagnostics::note(&format!("[{name}] {line}"));
@@ -161,13 +167,14 @@ pub(crate) fn command(name: &str, runs: &Runs, common: &Common) -> std::io::Resu
         Runs::Physics(kind) => built_in(name, kind, common)?,
         Runs::Recorded(file) => {
             let mut command = built_in(name, name, common)?;
-            command.arg("--replayed").arg(file);
+            command.arg(option("replayed", file));
             command
         }
         Runs::Command(words) => plug_in(words),
     };
     command
-        .env("ZENOH_RUNTIME", ONE_THREAD)
+        .env(environment::ZENOH_RUNTIME, ONE_THREAD)
+        .envs(common.threads.map(|threads| (environment::THREADS, threads.to_string())))
         .env("STAGGER_RUN", &common.run)
         .env("STAGGER_NODE", name)
         .env("STAGGER_CONNECT", &common.connect)
@@ -186,18 +193,26 @@ pub(crate) fn command(name: &str, runs: &Runs, common: &Common) -> std::io::Resu
 
 fn built_in(name: &str, kind: &str, common: &Common) -> std::io::Result<Command> {
     let mut command = Command::new(std::env::current_exe()?);
-    command.args(["node", kind, "--name", name, "--run", &common.run, "--connect", &common.connect, "--child"]);
-    command.arg("--scene").arg(&common.scene);
-    for (key, value) in &common.overrides {
-        command.arg("--set").arg(format!("{key}={value}"));
-    }
-    if let Some(files) = &common.files {
-        command.arg("--files").arg(files);
-    }
-    if let Some(threads) = common.threads {
-        command.args(["--threads", &threads.to_string()]);
-    }
+    command.args(["node", kind, "--child"]);
+    command.arg(option("name", name)).arg(option("run", &common.run)).arg(option("connect", &common.connect));
+    command.arg(option("scene", &common.scene));
+    command.args(common.overrides.iter().map(|(key, value)| option("set", format!("{key}={value}"))));
+    command.args(common.files.iter().map(|files| option("files", files)));
+    command.args(common.threads.map(|threads| option("threads", threads.to_string())));
     Ok(command)
+}
+
+/// An option and its value in one word: a value that begins with `-` would be taken for an option of its own.
+fn option(name: &str, value: impl AsRef<OsStr>) -> OsString {
+    let mut word = OsString::from(format!("--{name}="));
+    word.push(value);
+    word
+}
+
+/// A command as it is typed, without what it is told in its environment.
+pub(crate) fn shown(command: &Command) -> String {
+    let words = std::iter::once(command.get_program()).chain(command.get_args());
+    words.map(|word| words::quote(&word.to_string_lossy())).collect::<Vec<_>>().join(" ")
 }
 
 fn plug_in(words: &[String]) -> Command {
@@ -237,6 +252,9 @@ impl Keeper for Launcher {
 
     fn restart(&mut self, node: &str) -> Result<(), String> {
         let worker = self.workers.get_mut(node).ok_or("it was not started here")?;
+        // Poisoned means a panic elsewhere; what is there is looked at again.
+        let mended = self.endpoint.lock().unwrap_or_else(PoisonError::into_inner).mend();
+        mended.map_err(|error| error.to_string())?;
         // One that is stopped, or hangs, does not end by itself.
         worker.kill();
         *worker = Worker::start(node, &worker.runs.clone(), &self.common).map_err(|error| error.to_string())?;

@@ -16,8 +16,10 @@ use stagger_solver::coupling::{Ledger, Observer, Outcome};
 
 use crate::{diagnostics, pace::Pace};
 
-/// How often the line of progress is written.
+/// How often the line of progress is written on a terminal, over the one before.
 const REFRESH: Duration = Duration::from_millis(200);
+/// How often a line of progress is written elsewhere, such as into a log.
+const LOG: Duration = Duration::from_secs(10);
 /// Part of the rejections that end a run, at which they are told.
 const WARNED: u32 = 5;
 
@@ -153,8 +155,14 @@ impl Monitor {
 
     fn show(&mut self, decision: &Decision) {
         let now = Instant::now();
-        let due = self.shown.is_none_or(|last| now.duration_since(last) >= REFRESH);
-        if !due || !std::io::stderr().is_terminal() {
+        let terminal = std::io::stderr().is_terminal();
+        // A log is not told of a run that is over before long.
+        let due = match (self.shown, terminal) {
+            (Some(last), true) => now.duration_since(last) >= REFRESH,
+            (last, false) => now.duration_since(last.unwrap_or(self.begun)) >= LOG,
+            (None, true) => true,
+        };
+        if !due {
             return;
         }
         self.shown = Some(now);
@@ -164,7 +172,7 @@ impl Monitor {
             false => "starting".into(),
         };
         let line = format!(
-            "\r\x1b[K{:3.0} %  t {:.4} ms  dt {:.3} us  step {}  {} iterations  {} rejected  {left}",
+            "{:3.0} %  t {:.4} ms  dt {:.3} us  step {}  {} iterations  {} rejected  {left}",
             100.0 * share,
             1e3 * self.steps.time_s,
             1e6 * decision.next_dt_s,
@@ -172,14 +180,17 @@ impl Monitor {
             self.steps.iterations,
             self.steps.rejected,
         );
-        // A terminal that is gone is no reason to end the run.
-        let _ = std::io::stderr().write_all(line.as_bytes());
-        let _ = std::io::stderr().flush();
+        if terminal {
+            // A terminal that is gone is no reason to end the run.
+            let _ = std::io::stderr().write_all(format!("\r\x1b[K{line}").as_bytes());
+        } else {
+            diagnostics::note(line.trim_start());
+        }
     }
 
     /// Ends the line of progress and returns the wall time, in s.
     pub fn finish(&mut self) -> f64 {
-        if self.shown.take().is_some() {
+        if self.shown.take().is_some() && std::io::stderr().is_terminal() {
             let _ = std::io::stderr().write_all(b"\r\x1b[K");
         }
         self.begun.elapsed().as_secs_f64()

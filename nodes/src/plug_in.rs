@@ -11,7 +11,7 @@ use stagger_solver::{
     scene::Scene,
 };
 
-use crate::{diagnostics, host::Identity, node, scene_files, watchdog};
+use crate::{diagnostics, environment, host::Identity, node, scene_files::SceneFile, watchdog};
 
 /// Exit codes beside 0, done: 1 failed, 2 usage or bad scene.
 const FAILED: u8 = 1;
@@ -120,9 +120,9 @@ impl Setup {
     /// # Errors
     /// It cannot be read, has mistakes, or is not the one the run was started with.
     pub fn scene(&self) -> Result<Scene, SetupError> {
-        let text = std::fs::read_to_string(&self.scene)
-            .map_err(|source| SetupError::Read { path: self.scene.clone(), source })?;
-        let scene = scene_files::parse(&text, &self.scene, &self.overrides, self.files.as_deref())?;
+        let file =
+            SceneFile::read(&self.scene).map_err(|source| SetupError::Read { path: self.scene.clone(), source })?;
+        let scene = file.parse(&self.overrides, self.files.as_deref())?;
         match self.parent {
             Some(hash) if hash != scene.hash => Err(SetupError::Changed(self.scene.clone())),
             _ => Ok(scene),
@@ -144,6 +144,9 @@ pub fn main<P: Physics + 'static>(build: impl FnOnce(&Setup) -> Result<P, Box<dy
     // Before anything that may take its time, and needs to be ended with the run.
     if let Err(error) = watchdog::start(std::env::var_os("STAGGER_RUN").is_some()) {
         return ended(FAILED, &format!("cannot watch for the end of the run: {error}"));
+    }
+    if let Err(error) = environment::check() {
+        return ended(USAGE, &error);
     }
     let ready = Setup::read().and_then(|setup| Ok((setup.scene_hash()?, setup)));
     let (scene_hash, setup) = match ready {

@@ -4,33 +4,33 @@ use std::{
     collections::{BTreeMap, BTreeSet},
     path::{Path, PathBuf},
     sync::{
-        Arc,
+        Arc, Mutex,
         atomic::{AtomicBool, Ordering},
     },
     time::{Duration, SystemTime, UNIX_EPOCH},
 };
 
-use stagger_messages::{Checkpoint, Manifest, keys};
-use stagger_recordings::{Exchange, Level, Recorder, RecorderOptions, RecordingError, RunInfo};
+use stagger_messages::{Checkpoint, keys};
+use stagger_recordings::{RecordingError, RunInfo};
 use stagger_solver::{
-    coupling::Participant,
-    coupling::{COORDINATOR, End, Ensemble as _, Precedent},
-    scene::{self, Scene},
+    coupling::{self, COORDINATOR, End, Ensemble as _, Participant, Precedent},
+    scene::Scene,
 };
 
 use crate::{
-    coordinator::{Keeper, Remote, RunError},
+    coordinator::{self, Keeper, Remote, RunError},
     diagnostics,
+    endpoint::{Endpoint, EndpointError},
     in_process::Threads,
     launcher::{Common, Launcher},
-    link::{Arrival, Declared, Link, LinkError, Role},
+    link::{Arrival, Link, LinkError, Role},
     monitor::Monitor,
-    pace::Pace,
+    outputs::OutputError,
+    records::{Records, Target},
     recovery::{self, Restart},
     replayed::{Replayed, ReplayedError, Replays},
     roster::{RosterError, Runs, participant, roster},
-    shared_memory,
-    summary::{self, FinalField, Recorded, Summary},
+    summary::{self, FinalField, Summary},
     view,
 };
 
@@ -48,8 +48,10 @@ pub struct Options {
     pub overrides: Vec<(String, String)>,
     /// Recording that holds the scene's files where they are not beside it.
     pub files: Option<PathBuf>,
+    /// Whether the nodes cannot read the scene and its files themselves: it came from a pipe.
+    pub hand_over: bool,
     /// Recording to write; `None` writes none.
-    pub record: Option<PathBuf>,
+    pub record: Option<Target>,
     /// Nodes as threads instead of processes.
     pub in_process: bool,
     /// Threads of each node.
@@ -88,6 +90,12 @@ pub enum Failed {
     /// A recorded node that cannot stand in.
     #[error(transparent)]
     Replayed(#[from] ReplayedError),
+    /// The recording's file.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// The hub's endpoint.
+    #[error(transparent)]
+    Endpoint(#[from] EndpointError),
     /// The viewer.
     #[error(transparent)]
     View(#[from] view::ViewError),
@@ -108,29 +116,49 @@ fn io(what: impl Into<String>) -> impl FnOnce(std::io::Error) -> Failed {
     move |source| Failed::Io { what: what.into(), source }
 }
 
+/// A run that did not come to its end.
+#[derive(Debug)]
+pub struct Stopped {
+    /// Why.
+    pub why: Failed,
+    /// Where it is recorded until then; `None` where it had not begun, or is not recorded.
+    pub recording: Option<PathBuf>,
+}
+
 /// Runs a scene. `interrupted` ends it after the current step.
 ///
 /// # Errors
 /// A node, the link or the recording fails. What was recorded until then is kept.
-pub fn run(scene: &Scene, options: Options, interrupted: &Arc<AtomicBool>) -> Result<Summary, Failed> {
+pub fn run(scene: &Scene, options: Options, interrupted: &Arc<AtomicBool>) -> Result<Summary, Stopped> {
+    let mut recording = None;
+    go(scene, options, interrupted, &mut recording).map_err(|why| Stopped { why, recording })
+}
+
+fn go(
+    scene: &Scene,
+    options: Options,
+    interrupted: &Arc<AtomicBool>,
+    recorded_in: &mut Option<PathBuf>,
+) -> Result<Summary, Failed> {
     let mut nodes = roster(scene);
     nodes.extend(options.commands.iter().map(|(node, command)| (node.clone(), Runs::Command(command.clone()))));
     nodes.extend(options.replays.files.iter().map(|(node, file)| (node.clone(), Runs::Recorded(file.clone()))));
     let run = options.name.clone().unwrap_or_else(|| run_name(&options.scene));
-    let (role, endpoint) = match &options.by_hand {
-        Some(role) => (role.clone(), None),
+    let (role, mut endpoint) = match &options.by_hand {
+        Some(role) => (role.clone(), Endpoint::elsewhere("")),
         None => {
-            let endpoint = Endpoint::new(&run, None)?;
-            (Role::Hub { listen: vec![endpoint.name.clone()] }, Some(endpoint))
+            let endpoint = Endpoint::new(&run)?;
+            (Role::Hub { listen: vec![endpoint.name.clone()] }, endpoint)
         }
     };
     let own_name = matches!(role, Role::Node { .. }).then_some(COORDINATOR);
     let link = Link::open_as(&role, options.config.as_deref(), own_name)?;
+    endpoint.listened();
     if matches!(role, Role::Node { .. }) && !link.ask(&keys::manifest(&run, "coordinator"), TAKEN)?.is_empty() {
         return Err(Failed::Taken(run));
     }
     let info = run_info(&run, scene, &options);
-    let mut records = Records::start(&link, &info, scene, &options)?;
+    let mut records = Records::start(&link, &info, scene, options.record.as_ref(), options.view.as_ref(), interrupted)?;
     let asked = Arrival {
         key: keys::manifest(&run, "coordinator"),
         attachment: bytes::Bytes::new(),
@@ -138,15 +166,17 @@ pub fn run(scene: &Scene, options: Options, interrupted: &Arc<AtomicBool>) -> Re
     };
     let _about = link.answer(&asked.key.clone(), move || vec![asked.clone()])?;
     let names: BTreeSet<String> = nodes.keys().cloned().collect();
+    let handed_over = if options.hand_over && !options.in_process { endpoint.hand_over(scene)? } else { None };
     let common = Common {
         run: run.clone(),
-        connect: endpoint.as_ref().map(|endpoint| endpoint.name.clone()).unwrap_or_default(),
-        scene: options.scene.clone(),
+        connect: endpoint.name.clone(),
+        scene: handed_over.as_ref().map_or(&options.scene, |handed| &handed.scene).clone(),
         overrides: options.overrides.clone(),
-        files: options.files.clone(),
+        files: handed_over.and_then(|handed| handed.files).or(options.files.clone()),
         scene_hash: scene.hash,
         threads: options.threads,
     };
+    let endpoint = Arc::new(Mutex::new(endpoint));
     let mut keeper: Box<dyn Keeper> = if options.in_process {
         let mut participants = BTreeMap::new();
         for (node, runs) in &nodes {
@@ -168,7 +198,7 @@ pub fn run(scene: &Scene, options: Options, interrupted: &Arc<AtomicBool>) -> Re
         let recorded = Threads::start(&link, &run, scene.hash, participants, Arc::clone(interrupted))?;
         Box::new(ByHand { interrupted: Arc::clone(interrupted), recorded })
     } else {
-        let launcher = Launcher::start(&nodes, common, Arc::clone(interrupted));
+        let launcher = Launcher::start(&nodes, common, Arc::clone(&endpoint), Arc::clone(interrupted));
         Box::new(launcher.map_err(io("cannot start the nodes"))?)
     };
     let by_hand = options.by_hand.is_some();
@@ -176,13 +206,14 @@ pub fn run(scene: &Scene, options: Options, interrupted: &Arc<AtomicBool>) -> Re
     let hang = Duration::from_secs_f64(scene.recovery.hang_s);
     let mut monitor = Monitor::new(scene.duration_s, Arc::clone(interrupted));
     monitor.rejections = scene.coupling.rejections;
-    monitor.pace = records.file.as_ref().map(|(_, recorder)| Pace::of(recorder.sender()));
+    monitor.pace = records.pace();
     let resume = options.resume.clone();
     let mut remote = Remote::new(link.clone(), &run, names, hang, resume, keeper.as_mut())?;
     let mut restarts = Vec::new();
     let precedent = options.replays.precedent.as_ref();
     let ended = conduct(scene, &mut remote, &mut records, &mut monitor, precedent, patience, &mut restarts);
     let wall_s = monitor.finish();
+    *recorded_in = records.path();
     if let Err(error) = &ended {
         // The nodes may be gone themselves; the error above is the one to tell.
         let _ = remote.finish(None, false, &error.to_string());
@@ -229,10 +260,13 @@ fn conduct(
     precedent: Option<&Arc<Precedent>>,
     patience: Duration,
     restarts: &mut Vec<Restart>,
-) -> Result<End, RunError> {
+) -> Result<End, Failed> {
     let manifests = recovery::gather(scene, remote, patience, restarts)?;
     records.manifests(&manifests);
-    recovery::conduct(scene, remote, &manifests, monitor, precedent, patience, restarts)
+    // Nodes that do not fit together make no run, and leave no recording of none.
+    coupling::plan(&coordinator::ports(&manifests), &scene.coupling).map_err(RunError::from)?;
+    records.place()?;
+    Ok(recovery::conduct(scene, remote, &manifests, monitor, precedent, patience, restarts)?)
 }
 
 fn join(names: &BTreeSet<String>) -> String {
@@ -273,9 +307,16 @@ impl Keeper for ByHand {
 /// `<scene>-<unix seconds>-<process>`: unique on this host, and legal in a key.
 fn run_name(scene: &Path) -> String {
     let stem = scene.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
-    let legal: String =
-        stem.chars().map(|c| if c.is_ascii_alphanumeric() || c == '-' || c == '_' { c } else { '-' }).collect();
-    let legal = if legal.is_empty() { "run" } else { &legal[..legal.len().min(32)] };
+    let legal: String = stem
+        .chars()
+        .map(|c| if c.is_ascii_alphanumeric() || c == '-' || c == '_' { c } else { '-' })
+        .take(32)
+        .collect();
+    // A name that begins with `-` is an option to every program it is given to.
+    let legal = match legal.trim_start_matches('-') {
+        "" => "run",
+        legal => legal,
+    };
     format!("{legal}-{}-{}", unix_time().as_secs(), std::process::id())
 }
 
@@ -303,167 +344,5 @@ fn run_info(run: &str, scene: &Scene, options: &Options) -> RunInfo {
             ("architecture".into(), std::env::consts::ARCH.into()),
             ("cores".into(), cores.to_string()),
         ]),
-    }
-}
-
-/// The hub's endpoint: a socket in a folder of its own, which goes with the run.
-pub struct Endpoint {
-    /// Its name, as Zenoh and `--connect` take it.
-    pub name: String,
-    folder: Option<PathBuf>,
-}
-
-/// The folder of a run on this host, where `view` finds its socket by the run's name.
-#[must_use]
-pub fn socket_folder(run: &str) -> PathBuf {
-    std::env::temp_dir().join(format!("stagger-{run}"))
-}
-
-impl Endpoint {
-    /// The endpoint given, or a socket made for this run.
-    ///
-    /// # Errors
-    /// The socket's folder cannot be made.
-    pub fn new(run: &str, listen: Option<&str>) -> Result<Self, Failed> {
-        if let Some(name) = listen {
-            return Ok(Self { name: name.into(), folder: None });
-        }
-        let folder = socket_folder(run);
-        private_folder(&folder).map_err(io(format!("cannot make {}", folder.display())))?;
-        Ok(Self { name: socket(&folder), folder: Some(folder) })
-    }
-}
-
-/// The endpoint in a run's folder.
-#[must_use]
-pub fn socket(folder: &Path) -> String {
-    format!("unixsock-stream/{}", folder.join("hub.sock").display())
-}
-
-fn private_folder(folder: &Path) -> std::io::Result<()> {
-    use std::os::unix::fs::DirBuilderExt as _;
-    std::fs::DirBuilder::new().mode(0o700).create(folder)
-}
-
-impl Drop for Endpoint {
-    fn drop(&mut self) {
-        if let Some(folder) = &self.folder {
-            // A folder left behind in the temporary directory does no harm.
-            let _ = std::fs::remove_dir_all(folder);
-        }
-    }
-}
-
-/// The recording of a run, and its stream to a viewer.
-struct Records {
-    file: Option<(PathBuf, Recorder)>,
-    viewer: Option<view::Stream>,
-    subscription: Option<Declared>,
-    run: String,
-    /// The fields to keep, where they are named.
-    fields: Vec<String>,
-}
-
-impl Records {
-    fn start(link: &Link, info: &RunInfo, scene: &Scene, options: &Options) -> Result<Self, Failed> {
-        let recorder_options = RecorderOptions {
-            level: match scene.record.level {
-                scene::Level::All => Level::All,
-                scene::Level::Accepted => Level::Accepted,
-            },
-            every: scene.record.every,
-            checkpoints: scene.recovery.checkpoint_steps > 0,
-            fields: scene.record.fields.clone().map(BTreeSet::from_iter),
-            frame_period_s: (scene.record.frames > 0).then(|| scene.duration_s / scene.record.frames as f64),
-            queue_bytes: usize::try_from(scene.record.buffer_bytes).unwrap_or(usize::MAX),
-            ..RecorderOptions::default()
-        };
-        let mut records = Self {
-            file: None,
-            viewer: None,
-            subscription: None,
-            run: info.run.clone(),
-            fields: scene.record.fields.clone().unwrap_or_default(),
-        };
-        if let Some(path) = &options.record {
-            let what = format!("cannot write the recording {}", path.display());
-            if let Some(folder) = path.parent() {
-                std::fs::create_dir_all(folder).map_err(io(what.clone()))?;
-            }
-            let file = std::fs::File::create(path).map_err(io(what))?;
-            // The limit holds for files, not for pipes.
-            let regular = file.metadata().is_ok_and(|about| about.is_file());
-            let largest_bytes = shared_memory::largest_file_bytes().filter(|_| regular);
-            let recorder_options = RecorderOptions { largest_bytes, ..recorder_options };
-            records.file = Some((path.clone(), Recorder::create(file, info, recorder_options)?));
-        }
-        if let Some(bridge) = &options.view {
-            records.viewer = Some(view::Stream::start(bridge, info, &[], false)?);
-        }
-        let file = records.file.as_ref().map(|(_, recorder)| recorder.sender());
-        let viewer = records.viewer.as_ref().map(view::Stream::sender);
-        if file.is_some() || viewer.is_some() {
-            let behind = AtomicBool::new(false);
-            records.subscription = Some(link.subscribe_first(&keys::all(&info.run), move |arrival| {
-                let topic = keys::topic(&arrival.key);
-                let Some(exchange) = Exchange::from_parts(topic, arrival.attachment, arrival.payload) else { return };
-                // The run waits for its recording, but leaves a viewer behind.
-                if let Some(viewer) = &viewer
-                    && !behind.load(Ordering::Relaxed)
-                    && (!viewer.has_room(&exchange) || viewer.push(exchange.clone()).is_err())
-                {
-                    behind.store(true, Ordering::Relaxed);
-                    diagnostics::warn("the viewer has ended or cannot keep up: the run goes on without it");
-                }
-                // Transport threads must not wait: `Pace` does, and tells where the recording has ended.
-                if let Some(file) = &file {
-                    let _ = file.hand_over(exchange);
-                }
-            })?);
-        }
-        Ok(records)
-    }
-
-    fn manifests(&mut self, manifests: &BTreeMap<String, Manifest>) {
-        use prost::Message as _;
-        let ports = manifests.values().filter_map(|manifest| manifest.ports.as_ref());
-        let written: BTreeSet<&str> = ports.flat_map(|ports| &ports.writes).map(|port| port.field.as_str()).collect();
-        for field in self.fields.iter().filter(|field| !written.contains(field.as_str())) {
-            let known = written.iter().copied().collect::<Vec<_>>().join(", ");
-            diagnostics::warn(&format!("record.fields: no node writes `{field}`; fields are {known}"));
-        }
-        for (node, manifest) in manifests {
-            let key = keys::manifest(&self.run, node);
-            let message = manifest.encode_to_vec().into();
-            let Some(exchange) = Exchange::from_parts(keys::topic(&key), bytes::Bytes::new(), message) else {
-                continue;
-            };
-            let file = self.file.iter().map(|(_, recorder)| recorder.sender());
-            for sender in file.chain(self.viewer.iter().map(view::Stream::sender)) {
-                // As above: the recorder tells its own error.
-                let _ = sender.push(exchange.clone());
-            }
-        }
-    }
-
-    /// Waits until everything is written.
-    fn finish(mut self, waited: Duration) -> Result<Option<Recorded>, RecordingError> {
-        drop(self.subscription.take());
-        match self.viewer.take().map(view::Stream::finish) {
-            Some(Err(error)) => diagnostics::warn(&format!("the run was not shown to its end: {error}")),
-            Some(Ok(status)) if !status.success() => {
-                diagnostics::warn(&format!("the run was not shown to its end: stagger-view ended with {status}"));
-            }
-            Some(Ok(_)) | None => {}
-        }
-        let Some((path, recorder)) = self.file.take() else { return Ok(None) };
-        let recorded = recorder.finish()?;
-        Ok(Some(Recorded {
-            path: path.display().to_string(),
-            messages: recorded.messages,
-            bytes: recorded.file_bytes,
-            lost: recorded.lost,
-            waited_s: waited.as_secs_f64(),
-        }))
     }
 }

@@ -1,6 +1,6 @@
 //! The Zenoh configuration of a process, in three layers: our defaults, then a file, then what the command line says.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
@@ -87,6 +87,15 @@ fn anchor(settings: &mut Value, folder: &Path) {
             *file = folder.join(&file).display().to_string();
         }
     }
+}
+
+/// The files of certificates and keys that a configuration names; none where it cannot be read, which is told where it is used.
+pub fn files_of(config: &Path) -> Vec<PathBuf> {
+    let text = std::fs::read_to_string(config).unwrap_or_default();
+    let mut said: Value = json5::from_str(&text).unwrap_or_default();
+    anchor(&mut said, config.parent().unwrap_or(Path::new("")));
+    let Some(Value::Object(tls)) = said.pointer("/transport/link/tls") else { return Vec::new() };
+    tls.values().filter_map(Value::as_str).map(PathBuf::from).collect()
 }
 
 /// Puts `over` into `base`: tables key by key, everything else as a whole.

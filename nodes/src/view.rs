@@ -1,6 +1,7 @@
 //! `stagger view`: hands a recording or a live run to the Rerun bridge, which is a program of its own.
 
 use std::{
+    ffi::OsString,
     io::{self, Write},
     path::{Path, PathBuf},
     process::{Child, ChildStdin, Command, ExitStatus, Stdio},
@@ -17,8 +18,8 @@ use stagger_messages::keys;
 use stagger_recordings::{Exchange, Recorder, RecorderOptions, RecorderSender, RecordingError, RunInfo};
 
 use crate::{
+    endpoint::{socket, socket_folder},
     link::{Arrival, Declared, Link, LinkError, Role},
-    run::{socket, socket_folder},
 };
 
 /// How to get the bridge, in one line.
@@ -74,7 +75,7 @@ pub fn bridge() -> Option<PathBuf> {
 ///
 /// # Errors
 /// The bridge cannot be started.
-pub fn file(bridge: &Path, recording: &str, arguments: &[String]) -> io::Result<ExitStatus> {
+pub fn file(bridge: &Path, recording: &str, arguments: &[OsString]) -> io::Result<ExitStatus> {
     Command::new(bridge).arg(recording).args(arguments).stdin(Stdio::null()).status()
 }
 
@@ -95,7 +96,7 @@ impl Stream {
     ///
     /// # Errors
     /// The bridge cannot be started, or takes nothing.
-    pub fn start(bridge: &Path, info: &RunInfo, arguments: &[String], joined: bool) -> Result<Self, ViewError> {
+    pub fn start(bridge: &Path, info: &RunInfo, arguments: &[OsString], joined: bool) -> Result<Self, ViewError> {
         let mut child = Command::new(bridge).arg("-").args(arguments).stdin(Stdio::piped()).spawn()?;
         let output = child.stdin.take().ok_or(io::ErrorKind::BrokenPipe).map_err(io::Error::from)?;
         let (child, writing) = (Arc::new(Mutex::new(child)), Arc::new(Mutex::new(None)));
@@ -229,7 +230,7 @@ pub fn follow(
 ///
 /// # Errors
 /// There is no such run, or the link or the bridge fails.
-pub fn live(bridge: &Path, run: &str, arguments: &[String]) -> Result<ExitStatus, ViewError> {
+pub fn live(bridge: &Path, run: &str, arguments: &[OsString]) -> Result<ExitStatus, ViewError> {
     let folder = socket_folder(run);
     if keys::check_name(run).is_err() || !folder.is_dir() {
         return Err(ViewError::Nothing);

@@ -52,7 +52,7 @@ def measure(particles: int, level: list[str]) -> tuple[float, int, float, float]
         *level,
     ]
     file = Path("recorder-share.mcap")
-    command = [PROGRAM, "run", SCENE, "--record", str(file), "--json"]
+    command = [PROGRAM, "run", SCENE, "--record", str(file), "--overwrite", "--json"]
     command += [word for value in sets for word in ("--set", value)]
     run = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
     spent = 0.0

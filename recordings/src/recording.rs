@@ -1,6 +1,6 @@
 use std::{
     collections::{BTreeMap, BTreeSet},
-    fs::File,
+    fs::{File, TryLockError},
     io::{Read, Take},
     path::{Path, PathBuf},
     sync::Arc,
@@ -41,6 +41,8 @@ pub struct Recording {
     pub info: RunInfo,
     /// False where the file was cut off: its run, or the machine, was stopped before the recording was closed.
     pub complete: bool,
+    /// Whether its run still writes it: a recorder holds the file locked until it has closed it.
+    pub being_written: bool,
     path: PathBuf,
 }
 
@@ -98,9 +100,18 @@ impl Recording {
     /// The file cannot be read, is no MCAP, or does not describe a run.
     pub fn open(path: impl Into<PathBuf>) -> Result<Self, RecordingError> {
         let path = path.into();
-        let complete = ends_complete(&mut open(&path)?).map_err(RecordingError::Read)?;
+        let mut file = open(&path)?;
+        // Before its end is looked at: it may be closed right then.
+        let being_written = matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock));
+        let complete = ends_complete(&mut file).map_err(RecordingError::Read)?;
         let info = read_info(&mut ContainerReader::new(open(&path)?), true)?;
-        Ok(Self { info, complete, path })
+        Ok(Self { info, complete, being_written, path })
+    }
+
+    /// How its file falls short, where nothing in it is damaged and it has no end.
+    #[must_use]
+    pub fn shortfall(&self) -> &'static str {
+        if self.being_written { "is still being written" } else { "is cut off" }
     }
 
     /// The file.

@@ -33,6 +33,8 @@ pub struct Summary {
     pub commands: BTreeMap<String, String>,
     /// False where the file was cut off or is damaged.
     pub complete: bool,
+    /// Whether its run still writes it.
+    pub being_written: bool,
     /// Why the file cannot be read to its end; what is told here precedes that point.
     pub damage: Option<String>,
     /// Whether the run reached its end; `None` where the recording does not say.
@@ -149,6 +151,7 @@ impl Summary {
             replayed: recording.info.replayed.clone(),
             commands: recording.info.commands.clone(),
             complete: recording.complete,
+            being_written: recording.being_written,
             ..Self::default()
         };
         let mut tally = Tally::default();

@@ -10,11 +10,13 @@ impl Display for Summary {
         let outcome = match self.completed {
             Some(true) => "completed".to_owned(),
             Some(false) => format!("stopped: {}", self.reason),
+            None if self.being_written => "it goes on".to_owned(),
             None => "not closed: the recording ends before its run did".to_owned(),
         };
         let file = match (&self.damage, self.complete) {
             (Some(damage), _) => damage,
             (None, true) => "whole",
+            (None, false) if self.being_written => "still being written; everything up to now was read",
             (None, false) => "cut off; everything up to the cut was read",
         };
         writeln!(f, "{:<12}{}", "run", self.run)?;

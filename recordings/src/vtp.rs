@@ -12,6 +12,12 @@ use stagger_messages::{Field, Fields, MessageError, ValueKind};
 
 use crate::Step;
 
+/// What the file of a state begins with.
+pub const BEGIN: &str = "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" \
+                         header_type=\"UInt64\">\n<PolyData>\n<FieldData>\n";
+/// What the list of a series begins with.
+pub const SERIES_BEGIN: &str = "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\">\n<Collection>\n";
+
 /// A field that is written as an array.
 struct Array {
     name: String,
@@ -95,8 +101,7 @@ pub fn contacts(step: &Step, output: impl Write) -> Result<(), VtpError> {
 /// The list of a series: each file with its time, in s.
 #[must_use]
 pub fn series(files: &[(f64, String)]) -> String {
-    let mut text =
-        String::from("<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\">\n<Collection>\n");
+    let mut text = String::from(SERIES_BEGIN);
     for (t_s, file) in files {
         // Writing to a text cannot fail.
         let _ = writeln!(text, "<DataSet timestep=\"{t_s:e}\" part=\"0\" file=\"{file}\"/>");
@@ -142,12 +147,8 @@ fn write(
         Section { name: "Points", arrays: vec![Array::of("positions", positions)] },
         Section { name: cells_name, arrays: cells.into() },
     ];
-    let mut head = String::from(
-        "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" \
-         header_type=\"UInt64\">\n<PolyData>\n",
-    );
+    let mut head = String::from(BEGIN);
     let mut offset = 0;
-    head += "<FieldData>\n";
     describe(&mut head, &time, " NumberOfTuples=\"1\"", &mut offset);
     // Writing to a text cannot fail.
     let _ = writeln!(

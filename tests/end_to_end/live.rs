@@ -5,8 +5,8 @@ use std::{collections::BTreeMap, path::Path, time::Duration};
 use bytes::Bytes;
 use stagger_messages::{Version, keys};
 use stagger_nodes::{
+    endpoint::{socket, socket_folder},
     link::{Link, Role},
-    run::{socket, socket_folder},
     view::follow,
 };
 use stagger_recordings::{Recorder, RecorderOptions, Recording, RunInfo, Steps};

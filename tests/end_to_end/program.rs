@@ -63,6 +63,12 @@ impl Workplace {
     }
 
     fn command(&self, arguments: &[&str]) -> Command {
+        // A recording under the same name is of an earlier run of the same test, and is not to be mistaken for this one's.
+        if let Some(at) = arguments.iter().position(|argument| *argument == "--record")
+            && std::fs::metadata(self.path(arguments[at + 1])).is_ok_and(|about| about.is_file())
+        {
+            std::fs::remove_file(self.path(arguments[at + 1])).unwrap();
+        }
         let mut command = stagger();
         command.arg("run").arg(&self.scene).args(arguments).current_dir(self.folder.path());
         command

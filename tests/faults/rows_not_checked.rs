@@ -98,7 +98,7 @@ fn run(folder: &Path, wrong: &str) -> Output {
     let own = std::env::current_exe().unwrap();
     let node = format!("thermal={} --exact rows_not_checked::as_a_node --nocapture", own.display());
     let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_stagger"));
-    command.args(["run", "scene.toml", "--record", "run.mcap", "--node", &node]).current_dir(folder);
+    command.args(["run", "scene.toml", "--overwrite", "--record", "run.mcap", "--node", &node]).current_dir(folder);
     command.env(WRONG, wrong).output().unwrap()
 }
 

@@ -16,11 +16,11 @@ def read(environment: os._Environ[str] | dict[str, str] = os.environ) -> dict[st
     if not path:
         raise RuntimeError("STAGGER_SCENE is not set: expected the path of the scene; `stagger run --node` sets it")
     # On another host, where nothing is set up by the launcher, the program is on the PATH.
-    command = [environment.get("STAGGER_PROGRAM", "stagger"), "check", path, "--json"]
-    for key, value in json.loads(environment.get("STAGGER_OVERRIDES", "[]")):
-        command += ["--set", f"{key}={value}"]
+    command = [environment.get("STAGGER_PROGRAM", "stagger"), "check", "--json"]
+    command += [f"--set={key}={value}" for key, value in json.loads(environment.get("STAGGER_OVERRIDES", "[]"))]
     if "STAGGER_FILES" in environment:
-        command += ["--files", environment["STAGGER_FILES"]]
+        command += [f"--files={environment['STAGGER_FILES']}"]
+    command += ["--", path]  # It may begin with a dash.
     # A scene that cannot run without this node still has its values: it says so by its exit code, and prints them.
     asked = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
     if not asked.stdout:

@@ -182,7 +182,7 @@ class WholeRun(unittest.TestCase):
     def test_twice_the_same_bits_and_the_built_in_node_verifies_them(self) -> None:
         file = str(self.folder / "quick.mcap")
         changes = ["--set", "thermal.conductance=constriction", "--set", "thermal.phi=1"]
-        hashes = {self.run_scene("quick.toml", "--record", file, *changes, *self.node())["hash"] for _ in range(2)}
+        hashes = {self.run_scene("quick.toml", "--record", file, "--overwrite", *changes, *self.node())["hash"] for _ in range(2)}
         self.assertEqual(len(hashes), 1)
         verified = subprocess.run([PROGRAM, "verify", file, "--tolerance", "1e-9"], capture_output=True, text=True)
         self.assertEqual(verified.returncode, 0, verified.stdout + verified.stderr)
@@ -226,7 +226,7 @@ class WholeRun(unittest.TestCase):
             sets = [word for change in changes for word in ("--set", change)]
             runs = {}
             for name, node in (("rust", []), ("python", self.node())):
-                record = ["--record", str(self.folder / f"{name}.mcap")]
+                record = ["--record", str(self.folder / f"{name}.mcap"), "--overwrite"]
                 runs[name] = self.run_scene("quick.toml", *sets, *record, *others, *node)
             self.assert_like(runs["python"], runs["rust"])
             # The reader solves once a step, when the others have converged.

@@ -10,7 +10,7 @@ use stagger_messages::keys;
 /// Exit codes: 0 done, 1 failed, 2 usage or bad scene, 3 finished with something missing.
 #[derive(Debug, Parser)]
 #[command(name = "stagger", version, arg_required_else_help = true)]
-pub struct Arguments {
+pub(super) struct Arguments {
     #[command(subcommand)]
     pub(super) command: Command,
 }
@@ -112,6 +112,9 @@ pub(super) enum Command {
         /// The page; by default the recording's name with .html in the working directory
         #[arg(long, value_name = "FILE")]
         out: Option<PathBuf>,
+        /// Replace a file of that name that is no such page
+        #[arg(long)]
+        overwrite: bool,
     },
     /// Write a recording as files for ParaView, CSV or Arrow (docs/exports.md); exit 3 when it is cut off or damaged
     Export(ExportArguments),
@@ -124,6 +127,9 @@ pub(super) enum Command {
         /// Save a Rerun recording instead of opening a viewer
         #[arg(long)]
         save: Option<PathBuf>,
+        /// Replace a file of that name that is no Rerun recording
+        #[arg(long, requires = "save")]
+        overwrite: bool,
         /// Connect to a viewer that runs already, such as rerun+http://127.0.0.1:9876/proxy
         #[arg(long)]
         connect: Option<String>,
@@ -141,7 +147,7 @@ pub(super) enum Command {
 
 #[derive(Debug, Args)]
 pub(super) struct SceneArguments {
-    /// The scene, a TOML file
+    /// The scene, a TOML file; `-` is standard input
     pub(super) scene: PathBuf,
     /// Set a key of the scene: coupling.iterations=6
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value)]
@@ -182,6 +188,10 @@ pub(super) struct OutputArguments {
     /// Write no recording
     #[arg(long)]
     pub(super) no_record: bool,
+    /// Replace what the recording's name belongs to. By default nothing is replaced: a number is added to the default
+    /// name, and another one that is taken is refused
+    #[arg(long, conflicts_with = "no_record")]
+    pub(super) overwrite: bool,
     /// Print the summary as JSON (docs/summary.md)
     #[arg(long)]
     pub(super) json: bool,
@@ -196,9 +206,9 @@ pub(super) struct RunArguments {
     /// Run the nodes as threads of one process
     #[arg(long)]
     pub(super) in_process: bool,
-    /// Threads of each node; by default one per core. The results do not depend on it
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
-    pub(super) threads: Option<u16>,
+    /// Threads of each node; by default one per core, which is also the most. The results do not depend on it
+    #[arg(long, value_parser = count)]
+    pub(super) threads: Option<usize>,
     /// Run a node by a command of your own
     #[arg(long = "node", value_name = "NODE=COMMAND", value_parser = key_value)]
     pub(super) nodes: Vec<(String, String)>,
@@ -220,7 +230,7 @@ pub(super) struct NodeArguments {
     /// Its name in the run; by default that of the physics
     #[arg(long)]
     pub(super) name: Option<String>,
-    /// The scene
+    /// The scene; `-` is standard input
     #[arg(long)]
     pub(super) scene: PathBuf,
     /// Set a key of the scene, as the coordinator was told
@@ -235,9 +245,9 @@ pub(super) struct NodeArguments {
     /// Name of the run, as the coordinator says
     #[arg(long, value_parser = name)]
     pub(super) run: String,
-    /// Threads
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
-    pub(super) threads: Option<u16>,
+    /// Threads; by default one per core, which is also the most
+    #[arg(long, value_parser = count)]
+    pub(super) threads: Option<usize>,
     /// Zenoh configuration file (docs/several-hosts.md)
     #[arg(long)]
     pub(super) config: Option<PathBuf>,
@@ -333,12 +343,15 @@ pub(super) struct TradeoffArguments {
     /// Run the nodes as threads of one process
     #[arg(long)]
     pub(super) in_process: bool,
-    /// Threads of each node; by default one per core
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
-    pub(super) threads: Option<u16>,
+    /// Threads of each node; by default one per core, which is also the most
+    #[arg(long, value_parser = count)]
+    pub(super) threads: Option<usize>,
     /// Folder for the page, the table and the runs, which are not made again; by default tradeoff-SCENE
     #[arg(long, value_name = "FOLDER")]
     pub(super) out: Option<PathBuf>,
+    /// Replace a page or a table in the folder that no earlier study has written
+    #[arg(long)]
+    pub(super) overwrite: bool,
     /// Print the result as JSON
     #[arg(long)]
     pub(super) json: bool,
@@ -366,6 +379,9 @@ pub(super) struct ExportArguments {
     /// Write VTK files of the contacts between particles too
     #[arg(long)]
     pub(super) contacts: bool,
+    /// Replace files in the folder that no earlier export has written
+    #[arg(long)]
+    pub(super) overwrite: bool,
 }
 
 pub(crate) fn key_value(text: &str) -> Result<(String, String), String> {
@@ -375,6 +391,13 @@ pub(crate) fn key_value(text: &str) -> Result<(String, String), String> {
 
 fn name(text: &str) -> Result<String, String> {
     keys::check_name(text).map(str::to_owned).map_err(|error| error.to_string())
+}
+
+fn count(text: &str) -> Result<usize, String> {
+    text.parse()
+        .ok()
+        .filter(|count| *count > 0)
+        .ok_or_else(|| format!("expected a whole number above 0, found `{text}`"))
 }
 
 fn positive(text: &str) -> Result<f64, String> {

@@ -8,7 +8,7 @@ use std::{
 use stagger_messages::keys;
 use stagger_solver::scene::Scene;
 
-use super::{End, FAILED, USAGE, arguments::ConformanceArguments, failed, print, print_json, read_scene};
+use super::{End, FAILED, USAGE, arguments::ConformanceArguments, failed, parse, print, print_json, read_scene};
 use crate::{
     conformance::{Bench, SCENE},
     new_node,
@@ -21,11 +21,17 @@ pub(super) fn conformance(arguments: ConformanceArguments) -> End {
         return End::Code(USAGE, format!("--node: {error}"));
     }
     let read = match &scene {
-        Some(path) => read_scene(path, &overrides, None),
+        Some(path) => read_scene(path).and_then(|file| {
+            let scene = parse(&file, &overrides, None)?;
+            // What cannot be read again is made of its text.
+            let path = file.can_be_read_again(&scene).then_some(file.path);
+            Ok((scene, path))
+        }),
         None => Scene::parse(SCENE, "the scene of conformance", &overrides)
+            .map(|scene| (scene, None))
             .map_err(|problems| End::Code(USAGE, format!("the scene is not valid\n{problems}"))),
     };
-    let read = match read {
+    let (read, scene) = match read {
         Ok(read) => read,
         Err(end) => return end,
     };

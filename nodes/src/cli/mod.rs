@@ -3,41 +3,42 @@
 mod arguments;
 mod author;
 mod out;
+mod run;
+mod stdout;
 mod tradeoff;
 
-use std::{
-    collections::BTreeMap,
-    path::{Path, PathBuf},
-    process::ExitCode,
-    sync::atomic::Ordering,
-};
+use std::{ffi::OsString, io::Write as _, path::Path, process::ExitCode, sync::atomic::Ordering};
 
-pub use arguments::Arguments;
 pub(crate) use arguments::key_value;
-use arguments::{Command, NodeArguments, OutputArguments, ReplayArguments, RunArguments, SceneArguments};
+use arguments::{Arguments, Command, NodeArguments, ReplayArguments, SceneArguments};
+use clap::Parser as _;
 use stagger_messages::keys;
-use stagger_recordings::{Recording, Summary as RecordingSummary};
-use stagger_solver::{Shown, scene::Scene};
+use stagger_recordings::{Recording, RecordingError, Summary as RecordingSummary};
+use stagger_solver::scene::Scene;
+use stdout::print;
 
 use crate::{
-    advise, check, check_json,
-    coordinator::RunError,
-    diagnostics,
+    advise, check, check_json, diagnostics,
+    endpoint::Endpoint,
+    environment,
     graph::Format,
     interrupt,
     link::{Link, Role},
     node,
-    replay::{self, Pace},
-    replayed::Replays,
-    resume, router,
-    run::{self, Failed, Options},
-    scene_files, verify, view, watchdog, words,
+    outputs::{Inputs, Replace},
+    replay::{self, Pace, ReplayError},
+    router,
+    run::Options,
+    scene_files::SceneFile,
+    verify, view, watchdog, words,
 };
 
 /// Exit codes beside 0, done: 1 failed, 2 usage or bad scene, 3 finished with something missing.
 const FAILED: u8 = 1;
 const USAGE: u8 = 2;
 const MISSING: u8 = 3;
+/// What files of Rerun begin with, whatever their version.
+const RERUN: &str = "RRF";
 
 /// What a command ends with.
 enum End {
@@ -46,15 +47,52 @@ enum End {
     Silent(u8),
 }
 
-/// Runs a command.
+/// Runs the command that this process was started with.
 #[must_use]
-pub fn main(arguments: Arguments) -> ExitCode {
-    if let Err(error) = set_width() {
-        diagnostics::error(&error);
-        return ExitCode::from(USAGE);
+pub fn main() -> ExitCode {
+    let end = match Arguments::try_parse() {
+        Ok(arguments) => obey(arguments),
+        Err(answer) => told_by_clap(&answer),
+    };
+    let (code, message) = match end {
+        End::Done => (0, None),
+        End::Silent(code) => (code, None),
+        End::Code(code, message) => (code, Some(message)),
+    };
+    // What was asked for was done, but nobody can read it.
+    let unread = stdout::failure();
+    let code = if unread.is_some() { FAILED } else { code };
+    for message in message.into_iter().chain(unread) {
+        diagnostics::error(&message);
     }
-    let end = match arguments.command {
-        Command::Run(arguments) => run_scene(arguments),
+    ExitCode::from(code)
+}
+
+/// Help and versions go to standard output, what is wrong with the arguments to standard error.
+fn told_by_clap(answer: &clap::Error) -> End {
+    let printed = answer.print().and_then(|()| std::io::stdout().flush());
+    if answer.use_stderr() {
+        // There is nowhere else to say it.
+        return End::Silent(USAGE);
+    }
+    if let Err(error) = printed {
+        stdout::note_failure(error);
+    }
+    End::Done
+}
+
+fn obey(arguments: Arguments) -> End {
+    if let Err(error) = environment::check().map_err(|error| error.to_string()).and_then(|()| set_width()) {
+        return End::Code(USAGE, error);
+    }
+    let threads = environment::set_threads(match &arguments.command {
+        Command::Run(arguments) => arguments.threads,
+        Command::Node(arguments) => arguments.threads,
+        Command::Tradeoff(arguments) => arguments.threads,
+        _ => None,
+    });
+    match arguments.command {
+        Command::Run(arguments) => run::run(arguments, threads),
         Command::Check { scene, graph, advise, within, json } => {
             check_scene(&scene, graph, advise.then_some(within), json)
         }
@@ -66,13 +104,12 @@ pub fn main(arguments: Arguments) -> ExitCode {
                 Some(connect) => Role::Node { connect },
                 None => Role::Hub { listen: meeting.listen },
             };
-            match recorded(replayed, &BTreeMap::new()) {
-                Ok(replays) => {
-                    let options = Options { by_hand: Some(role), name: run, config, replays, ..Options::default() };
-                    coordinate(&scene, &output, None, options)
-                }
-                Err(end) => end,
-            }
+            run::coordinate(
+                &scene,
+                &output,
+                replayed,
+                Options { by_hand: Some(role), name: run, config, ..Options::default() },
+            )
         }
         Command::Router { listen, config, child } => {
             let options = router::Options { listen, config, child };
@@ -83,16 +120,21 @@ pub fn main(arguments: Arguments) -> ExitCode {
             verify_file(&file, node.as_deref(), with.as_deref(), tolerance, json)
         }
         Command::Info { file, json } => info(&file, json),
-        Command::Report { file, out } => out::report(&file, out),
+        Command::Report { file, out, overwrite } => out::report(&file, out, overwrite),
         Command::Export(arguments) => out::export(&arguments),
-        Command::Tradeoff(arguments) => tradeoff::tradeoff(arguments),
-        Command::View { what, save, connect, web, contacts, velocities } => {
-            let mut arguments = Vec::new();
+        Command::Tradeoff(arguments) => tradeoff::tradeoff(arguments, threads),
+        Command::View { what, save, overwrite, connect, web, contacts, velocities } => {
+            let mut arguments: Vec<OsString> = Vec::new();
             if let Some(save) = save {
-                arguments.extend(["--save".into(), save.display().to_string()]);
+                let replace = Replace::own(RERUN, overwrite);
+                let inputs = Inputs::new().with("the recording", Path::new(&what));
+                if let Err(error) = inputs.spare(&save).and_then(|()| replace.allows(&save)) {
+                    return End::Code(USAGE, error.to_string());
+                }
+                arguments.extend(["--save".into(), save.into()]);
             }
             if let Some(connect) = connect {
-                arguments.extend(["--connect".into(), connect]);
+                arguments.extend(["--connect".into(), connect.into()]);
             }
             if web {
                 arguments.push(view::WEB.into());
@@ -105,20 +147,7 @@ pub fn main(arguments: Arguments) -> ExitCode {
             }
             show(&what, &arguments)
         }
-    };
-    match end {
-        End::Done => ExitCode::SUCCESS,
-        End::Silent(code) => ExitCode::from(code),
-        End::Code(code, message) => {
-            diagnostics::error(&message);
-            ExitCode::from(code)
-        }
     }
-}
-
-#[expect(clippy::print_stdout, reason = "the one place results are printed")]
-fn print(result: &str) {
-    println!("{result}");
 }
 
 fn failed(error: &dyn std::fmt::Display) -> End {
@@ -129,13 +158,16 @@ fn about(file: &Path, error: &dyn std::fmt::Display) -> End {
     End::Code(FAILED, format!("{}: {error}", file.display()))
 }
 
-fn read_scene(path: &Path, overrides: &[(String, String)], files: Option<&Path>) -> Result<Scene, End> {
-    let text = std::fs::read_to_string(path).map_err(|error| {
-        let hint = "expected the path of a scene, such as scenes/quick.toml";
+/// Reads a scene once; what is made of it is parsed from that.
+fn read_scene(path: &Path) -> Result<SceneFile, End> {
+    SceneFile::read(path).map_err(|error| {
+        let hint = "expected the path of a scene, such as scenes/quick.toml, or - for standard input";
         End::Code(USAGE, format!("cannot read the scene {}: {error}\nhint: {hint}", path.display()))
-    })?;
-    scene_files::parse(&text, path, overrides, files)
-        .map_err(|problems| End::Code(USAGE, format!("the scene is not valid\n{problems}")))
+    })
+}
+
+fn parse(file: &SceneFile, overrides: &[(String, String)], files: Option<&Path>) -> Result<Scene, End> {
+    file.parse(overrides, files).map_err(|problems| End::Code(USAGE, format!("the scene is not valid\n{problems}")))
 }
 
 /// Takes the width of the kernels from the environment, which a run's nodes inherit.
@@ -147,144 +179,18 @@ fn set_width() -> Result<(), String> {
     }
 }
 
-fn set_threads(threads: Option<u16>) {
-    let Some(threads) = threads else { return };
-    if let Err(error) = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global() {
-        diagnostics::warn(&format!("cannot set the number of threads: {error}"));
-    }
-}
-
-fn run_scene(arguments: RunArguments) -> End {
-    let mut commands = BTreeMap::new();
-    for (node, command) in arguments.nodes {
-        if let Err(error) = keys::check_name(&node) {
-            return End::Code(USAGE, format!("--node {node}: {error}"));
-        }
-        match words::split(&command) {
-            Ok(words) => commands.insert(node, words),
-            Err(error) => return End::Code(USAGE, format!("--node {node}={command}: {error}")),
-        };
-    }
-    let replays = match recorded(arguments.replayed, &commands) {
-        Ok(replays) => replays,
-        Err(end) => return end,
-    };
-    let view = match (arguments.view, view::bridge()) {
-        (false, _) => None,
-        (true, Some(bridge)) => Some(bridge),
-        (true, None) => return End::Code(FAILED, view::HOW_TO_GET.into()),
-    };
-    if arguments.in_process {
-        set_threads(arguments.threads);
-    }
-    let options = Options {
-        in_process: arguments.in_process,
-        threads: arguments.threads.map(usize::from),
-        commands,
-        replays,
-        view,
-        ..Options::default()
-    };
-    coordinate(&arguments.scene, &arguments.output, arguments.resume.as_deref(), options)
-}
-
-/// The recordings that `--replayed` names, where nothing else runs their nodes.
-fn recorded(replayed: Vec<(String, String)>, commands: &BTreeMap<String, Vec<String>>) -> Result<Replays, End> {
-    let mut files = BTreeMap::new();
-    for (node, file) in replayed {
-        if commands.contains_key(&node) || files.insert(node.clone(), PathBuf::from(file)).is_some() {
-            return Err(End::Code(USAGE, format!("--replayed {node}: what runs `{node}` is said twice")));
-        }
-    }
-    Ok(Replays { files, ..Replays::default() })
-}
-
-fn coordinate(arguments: &SceneArguments, output: &OutputArguments, resume: Option<&str>, options: Options) -> End {
-    // A recording holds the files of its scene.
-    let files = arguments.files.clone().or_else(|| resume.map(|resume| resume::parts(resume).0.into()));
-    let overrides = arguments.overrides();
-    let scene = match read_scene(&arguments.scene, &overrides, files.as_deref()) {
-        Ok(scene) => scene,
-        Err(end) => return end,
-    };
-    // A scene that cannot run is told before anything is started; with commands the ports are known only later.
-    if options.commands.is_empty()
-        && options.replays.files.is_empty()
-        && let Err(error) = check::check(&scene)
-    {
-        return End::Code(USAGE, format!("the scene cannot run: {error}"));
-    }
-    let replays = match Replays::new(options.replays.files, &scene) {
-        Ok(replays) => replays,
-        Err(error) => return End::Code(USAGE, error.to_string()),
-    };
-    let resume = match resume.map(|resume| resume::resume(resume, &scene)).transpose() {
-        Ok(resume) => resume,
-        Err(error) => return End::Code(USAGE, error.to_string()),
-    };
-    let stem = arguments.scene.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    // Beside the recording it goes on from, not over it.
-    let default = || match &resume {
-        None => PathBuf::from(format!("{stem}.mcap")),
-        Some((_, step)) => PathBuf::from(format!("{stem}-from-{step}.mcap")),
-    };
-    let record = if output.no_record { None } else { Some(output.record.clone().unwrap_or_else(default)) };
-    let options = Options {
-        scene: arguments.scene.clone(),
-        overrides,
-        files,
-        record: record.clone(),
-        resume: resume.map(|(checkpoint, _)| checkpoint),
-        replays,
-        ..options
-    };
-    let summary = match run::run(&scene, options, &interrupt::flag()) {
-        Ok(summary) => summary,
-        Err(Failed::Run(RunError::Plan(error))) => return End::Code(USAGE, format!("the scene cannot run: {error}")),
-        Err(error) => {
-            let kept = record.filter(|path| path.is_file()).map(|path| {
-                format!("\nhint: what was recorded until then is in {}{}", path.display(), how_to_go_on(&path))
-            });
-            return failed(&format!("{error}{}", kept.unwrap_or_default()));
-        }
-    };
-    if output.json {
-        if let Err(end) = print_json(&summary) {
-            return end;
-        }
-    } else {
-        print(&summary.to_string());
-    }
-    let lost = summary.recording.as_ref().map_or(0, |recording| recording.lost);
-    if !summary.completed {
-        End::Code(MISSING, format!("stopped at t = {:e} s on request", Shown(summary.steps.time_s)))
-    } else if !summary.missing.is_empty() {
-        End::Code(MISSING, format!("{} ended without saying what their fields held", summary.missing.join(", ")))
-    } else if lost > 0 {
-        End::Code(MISSING, format!("{lost} messages are missing from the recording"))
-    } else {
-        End::Done
-    }
-}
-
-/// How to go on from a recording, where that is possible.
-fn how_to_go_on(path: &Path) -> String {
-    let checkpoint = Recording::open(path).and_then(|recording| recording.checkpoint(None));
-    let Ok(Some(checkpoint)) = checkpoint else { return String::new() };
-    let step = checkpoint.version().step;
-    format!("; the same command with --resume {} goes on from step {step}", path.display())
-}
-
 fn check_scene(arguments: &SceneArguments, graph: Option<Format>, within: Option<f64>, json: bool) -> End {
     let overrides = arguments.overrides();
-    let scene = match read_scene(&arguments.scene, &overrides, arguments.files.as_deref()) {
-        Ok(scene) => scene,
+    let files = arguments.files.as_deref();
+    let read = read_scene(&arguments.scene).and_then(|file| Ok((parse(&file, &overrides, files)?, file)));
+    let (scene, file) = match read {
+        Ok(read) => read,
         Err(end) => return end,
     };
     // What a preset sets is read where it applies.
     for preset in &scene.presets {
         let chosen: Vec<_> = overrides.iter().cloned().chain([("preset".into(), format!("{preset:?}"))]).collect();
-        if let Err(end) = read_scene(&arguments.scene, &chosen, arguments.files.as_deref()) {
+        if let Err(end) = parse(&file, &chosen, files) {
             diagnostics::note(&format!("with the preset {preset}:"));
             return end;
         }
@@ -296,7 +202,7 @@ fn check_scene(arguments: &SceneArguments, graph: Option<Format>, within: Option
         }
         return report.problem.map_or(End::Done, |problem| End::Code(USAGE, problem));
     }
-    match check::check_whole(&scene, &arguments.scene) {
+    match check::check_whole(&scene, &file, files) {
         Ok(checked) => {
             check::warnings(&scene, &checked.plan).iter().for_each(|warning| diagnostics::warn(warning));
             let text = match (graph, within) {
@@ -319,11 +225,12 @@ fn run_node(arguments: NodeArguments) -> End {
     if let Err(error) = watchdog::start(arguments.child) {
         return failed(&format!("cannot watch for the end of the run: {error}"));
     }
-    let scene = match read_scene(&arguments.scene, &arguments.overrides, arguments.files.as_deref()) {
+    let read =
+        read_scene(&arguments.scene).and_then(|file| parse(&file, &arguments.overrides, arguments.files.as_deref()));
+    let scene = match read {
         Ok(scene) => scene,
         Err(end) => return end,
     };
-    set_threads(arguments.threads);
     let options = node::Options {
         name: arguments.name.unwrap_or_else(|| arguments.kind.clone()),
         kind: arguments.kind,
@@ -349,9 +256,11 @@ fn replay_file(arguments: ReplayArguments) -> End {
     // Beside the run itself and beside other replays of it.
     let name = format!("{}-replay-{}", recording.info.run, std::process::id());
     let named = keys::check_name(&name).map_err(|error| failed(&error));
-    let endpoint = match named
-        .and_then(|name| run::Endpoint::new(name, arguments.listen.as_deref()).map_err(|error| failed(&error)))
-    {
+    let endpoint = named.and_then(|name| match &arguments.listen {
+        Some(listen) => Ok(Endpoint::elsewhere(listen)),
+        None => Endpoint::new(name).map_err(|error| failed(&error)),
+    });
+    let endpoint = match endpoint {
         Ok(endpoint) => endpoint,
         Err(end) => return end,
     };
@@ -371,7 +280,16 @@ fn replay_file(arguments: ReplayArguments) -> End {
     match result {
         Ok(sent) => {
             print(&format!("replayed {sent} messages"));
-            End::Done
+            // Who replays a part, or stops, does not ask for the end.
+            let to_the_end = pace.to_s == f64::INFINITY && !going.load(Ordering::Relaxed);
+            if recording.complete || !to_the_end {
+                return End::Done;
+            }
+            let how = recording.shortfall();
+            End::Code(MISSING, format!("{} {how}; what it holds was replayed", arguments.file.display()))
+        }
+        Err(ReplayError::Recording(error @ RecordingError::Damaged(_))) => {
+            End::Code(MISSING, format!("{}: {error}", arguments.file.display()))
         }
         Err(error) => about(&arguments.file, &error),
     }
@@ -382,10 +300,14 @@ fn verify_file(file: &Path, node: Option<&str>, with: Option<&str>, tolerance: f
         Ok(with) => with,
         Err(error) => return End::Code(USAGE, format!("--with: {error}")),
     };
-    let verified = Recording::open(file).map_err(Into::into).and_then(|recording| match (node, with) {
+    let recording = match Recording::open(file) {
+        Ok(recording) => recording,
+        Err(error) => return about(file, &error),
+    };
+    let verified = match (node, with) {
         (Some(node), Some(command)) => verify::verify_with(&recording, node, command, tolerance),
         _ => verify::verify(&recording, node, tolerance),
-    });
+    };
     let verified = match verified {
         Ok(verified) => verified,
         Err(error) => return about(file, &error),
@@ -403,7 +325,7 @@ fn verify_file(file: &Path, node: Option<&str>, with: Option<&str>, tolerance: f
             End::Code(MISSING, "no node of the recording was solved again".into())
         }
         None if !verified.complete => {
-            let how = verified.damage.map_or("is cut off".into(), |why| format!("is damaged ({why})"));
+            let how = verified.damage.map_or(recording.shortfall().into(), |why| format!("is damaged ({why})"));
             End::Code(MISSING, format!("the recording {how}; what it holds before that is verified"))
         }
         None => End::Done,
@@ -416,9 +338,9 @@ fn print_json(result: &impl serde::Serialize) -> Result<(), End> {
 }
 
 fn info(file: &Path, json: bool) -> End {
-    let summary = Recording::open(file).and_then(|recording| RecordingSummary::of(&recording));
-    let summary = match summary {
-        Ok(summary) => summary,
+    let read = Recording::open(file).and_then(|recording| Ok((RecordingSummary::of(&recording)?, recording)));
+    let (summary, recording) = match read {
+        Ok(read) => read,
         Err(error) => return about(file, &error),
     };
     if json {
@@ -430,12 +352,12 @@ fn info(file: &Path, json: bool) -> End {
     }
     match summary.damage {
         Some(damage) => End::Code(MISSING, format!("{}: {damage}", file.display())),
-        None if !summary.complete => End::Code(MISSING, format!("{} is cut off", file.display())),
+        None if !summary.complete => End::Code(MISSING, format!("{} {}", file.display(), recording.shortfall())),
         None => End::Done,
     }
 }
 
-fn show(what: &str, arguments: &[String]) -> End {
+fn show(what: &str, arguments: &[OsString]) -> End {
     let Some(bridge) = view::bridge() else { return End::Code(FAILED, view::HOW_TO_GET.into()) };
     let status = if Path::new(what).is_file() {
         view::file(&bridge, what, arguments).map_err(|error| error.to_string())

@@ -4,9 +4,10 @@ use std::path::PathBuf;
 
 use stagger_solver::scene::Scene;
 
-use super::{End, FAILED, MISSING, USAGE, arguments::TradeoffArguments, failed, print, print_json, read_scene};
+use super::{End, FAILED, MISSING, USAGE, arguments::TradeoffArguments, failed, parse, print, print_json, read_scene};
 use crate::{
     interrupt,
+    outputs::Inputs,
     tradeoff::{self, Failed, Options, Quantity, Workshop},
 };
 
@@ -14,12 +15,18 @@ use crate::{
 const RECORDED: [(&str, &str); 3] =
     [("record.level", "\"accepted\""), ("record.every", "1000000000"), ("record.frames", "0")];
 
-pub(super) fn tradeoff(arguments: TradeoffArguments) -> End {
+pub(super) fn tradeoff(arguments: TradeoffArguments, threads: Option<usize>) -> End {
     let mut overrides = arguments.scene.overrides();
-    let scene = match read_scene(&arguments.scene.scene, &overrides, arguments.scene.files.as_deref()) {
-        Ok(scene) => scene,
+    let read = read_scene(&arguments.scene.scene)
+        .and_then(|file| Ok((parse(&file, &overrides, arguments.scene.files.as_deref())?, file)));
+    let (scene, file) = match read {
+        Ok(read) => read,
         Err(end) => return end,
     };
+    if !file.can_be_read_again(&scene) {
+        let why = "the scene, or a file it names, comes from a pipe; it is read for every run: save it to a file first";
+        return End::Code(USAGE, why.into());
+    }
     let mut quantities = arguments.quantity;
     // Orders are those of whole fields: in sums and means errors may cancel.
     if quantities.is_empty() && !arguments.orders {
@@ -29,15 +36,23 @@ pub(super) fn tradeoff(arguments: TradeoffArguments) -> End {
         }
     }
     let stem = arguments.scene.scene.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let folder = arguments.out.unwrap_or_else(|| PathBuf::from(format!("tradeoff-{stem}")));
+    let mut inputs = Inputs::default();
+    file.files(&scene).for_each(|(what, path)| inputs.add(what, &path));
+    arguments.scene.files.iter().for_each(|files| inputs.add("the recording of --files", files));
+    let results = tradeoff::Results::new(&folder, arguments.overwrite);
+    if let Err(error) = results.allowed(&inputs) {
+        return End::Code(USAGE, error.to_string());
+    }
     // Before what the user sets, who may want to measure recordings.
     overrides.splice(0..0, RECORDED.map(|(key, value)| (key.into(), value.into())));
     let workshop = Workshop {
         scene: arguments.scene.scene,
         overrides,
         files: arguments.scene.files,
-        folder: arguments.out.unwrap_or_else(|| PathBuf::from(format!("tradeoff-{stem}"))),
+        folder,
         in_process: arguments.in_process,
-        threads: arguments.threads,
+        threads,
         repeat: arguments.repeat.into(),
     };
     let json = arguments.json;
@@ -61,6 +76,7 @@ pub(super) fn tradeoff(arguments: TradeoffArguments) -> End {
         vary: arguments.vary.iter().map(|(key, text)| (key.clone(), values(text))).collect(),
         reference: arguments.reference,
         quantities,
+        results,
         bound: arguments.error,
         longest: arguments.longest,
     };

@@ -20,10 +20,10 @@ use super::{
     heard::{Fault, Heard, listen, name_of, same_values},
 };
 use crate::{
+    endpoint::Endpoint,
     last_words::LastWords,
     launcher::{self, Common},
     link::{Arrival, Declared, Link, Outlet, Role},
-    run::{Endpoint, socket_folder},
 };
 
 /// How long a node is listened to that must say nothing.
@@ -99,7 +99,7 @@ impl Session {
     pub fn start(bench: &Bench) -> Result<Self, Fault> {
         let (run, node) = (bench.run.clone(), bench.node.clone());
         let failed = |error: &dyn std::fmt::Display| Fault::new("a process that starts", error.to_string());
-        let endpoint = Endpoint::new(&run, None).map_err(|error| failed(&error))?;
+        let mut endpoint = Endpoint::new(&run).map_err(|error| failed(&error))?;
         let link = Link::open(&Role::Hub { listen: vec![endpoint.name.clone()] }, None)?;
         let (sender, events) = std::sync::mpsc::channel();
         let (tokens, token_keys) = std::sync::mpsc::channel();
@@ -112,25 +112,22 @@ impl Session {
         })?);
         let token = link.announce(&keys::live(&run, "coordinator", "conformance"))?;
         let directives = link.publisher(keys::directive(&run))?;
-        let scene = match &bench.scene_file {
-            Some(path) => path.clone(),
-            None => {
-                let path = socket_folder(&run).join("scene.toml");
-                std::fs::write(&path, &bench.scene.text).map_err(|error| failed(&error))?;
-                path
-            }
+        let handed_over = match &bench.scene_file {
+            Some(_) => None,
+            None => endpoint.hand_over(&bench.scene).map_err(|error| failed(&error))?,
         };
+        let (made, files) = handed_over.map(|handed| (handed.scene, handed.files)).unzip();
         let common = Common {
             run: run.clone(),
             connect: endpoint.name.clone(),
-            scene,
+            scene: bench.scene_file.clone().or(made).unwrap_or_default(),
             overrides: bench.scene.overrides.clone(),
-            files: bench.files.clone(),
+            files: bench.files.clone().or(files.flatten()),
             scene_hash: bench.scene.hash,
             threads: None,
         };
         let mut command = launcher::command(&node, &bench.runs, &common).map_err(|error| failed(&error))?;
-        let mut child = command.spawn().map_err(|error| failed(&format!("{command:?}: {error}")))?;
+        let mut child = command.spawn().map_err(|error| failed(&format!("{}: {error}", launcher::shown(&command))))?;
         let words = LastWords::follow(&mut child, LAST_LINES, |_| {});
         let mut session = Self {
             manifest: Manifest::default(),

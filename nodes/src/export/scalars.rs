@@ -2,7 +2,6 @@
 
 use std::{
     collections::BTreeMap,
-    fs::File,
     io::{self, BufWriter, Write},
     path::Path,
 };
@@ -11,22 +10,23 @@ use stagger_messages::Field;
 use stagger_recordings::{Recording, State};
 
 use super::{ExportError, Reading, read};
+use crate::outputs::Output;
 
 /// Columns every row has a value in; [`Row::from`] gives them in this order.
-const HEAD: &str = "step,t_s,dt_s,iterations,rejected";
+pub(super) const HEAD: &str = "step,t_s,dt_s,iterations,rejected";
 /// More components are a list, such as the path of a ray, and only its rows are counted.
 const LIST: usize = 9;
 
-/// Writes the table; returns its number of rows. The recording is read twice: which columns there are is known only at its
+/// Writes the table into `output`, which is at `path` in the end; returns its number of rows. The recording is read twice: which columns there are is known only at its
 /// end.
-pub(super) fn write(recording: &Recording, path: &Path) -> Result<(usize, Reading), ExportError> {
+pub(super) fn write(recording: &Recording, path: &Path, output: Output) -> Result<(usize, Reading), ExportError> {
     let mut columns = BTreeMap::new();
     read(recording, |state| {
         columns.extend(Row::from(&state, false).values);
         Ok(())
     })?;
     let failed = |source: io::Error| ExportError::Io { path: path.into(), source };
-    let mut file = BufWriter::new(File::create(path).map_err(failed)?);
+    let mut file = BufWriter::new(output);
     let names: String = columns.keys().map(|name| format!(",{}", quoted(name))).collect();
     writeln!(file, "{HEAD}{names}").map_err(failed)?;
     let mut rows = 0;
@@ -34,7 +34,7 @@ pub(super) fn write(recording: &Recording, path: &Path) -> Result<(usize, Readin
         rows += 1;
         Row::from(&state, true).write(columns.keys(), &mut file).map_err(failed)
     })?;
-    file.flush().map_err(failed)?;
+    file.into_inner().map_err(|error| failed(error.into_error()))?.place()?;
     Ok((rows, reading))
 }
 

@@ -22,6 +22,8 @@ pub struct Gathered {
     pub info: RunInfo,
     /// Whether the file was closed, and read to its end without fault.
     pub complete: bool,
+    /// Whether its run still wrote it.
+    pub being_written: bool,
     /// What could not be read, in words.
     pub problems: Vec<String>,
     /// How many problems there were.
@@ -100,7 +102,8 @@ impl Gathered {
     /// # Errors
     /// The file cannot be opened again.
     pub fn from(recording: &Recording) -> Result<Self, RecordingError> {
-        let mut gathered = Self { info: recording.info.clone(), ..Self::default() };
+        let being_written = recording.being_written;
+        let mut gathered = Self { info: recording.info.clone(), being_written, ..Self::default() };
         let (mut states, mut snapshots) = (States::default(), Snapshots::default());
         let mut messages = recording.messages()?;
         for message in messages.by_ref() {

@@ -4,11 +4,14 @@ use std::fmt::Display;
 
 use super::plot::{self, escape};
 
+/// What every page begins with.
+pub const BEGIN: &str = "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
+     <meta name=\"generator\" content=\"stagger\"/>\n";
+
 /// A whole page that needs nothing beside itself and asks for nothing. It is well-formed XML too.
 pub fn document(title: &str, body: &str) -> String {
     format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
-         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'\"/>\n\
+        "{BEGIN}<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'\"/>\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>{}</title>\n\
          <style>\n{}{}</style>\n</head>\n<body>\n{body}</body>\n</html>\n",
         escape(title),

@@ -9,14 +9,13 @@ mod page;
 pub mod plot;
 mod snapshots;
 
-use std::{
-    fs,
-    path::{Path, PathBuf},
-};
+use std::path::Path;
 
 use stagger_recordings::{Recording, RecordingError};
 
+use crate::outputs::{self, OutputError, Replace};
 use gathered::Gathered;
+pub use html::BEGIN;
 
 /// Why there is no report.
 #[derive(Debug, thiserror::Error)]
@@ -25,13 +24,8 @@ pub enum ReportError {
     #[error(transparent)]
     Recording(#[from] RecordingError),
     /// The page cannot be written.
-    #[error("cannot write {}: {source}", path.display())]
-    Write {
-        /// Its path.
-        path: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
-    },
+    #[error(transparent)]
+    Output(#[from] OutputError),
 }
 
 /// What was reported.
@@ -43,16 +37,17 @@ pub struct Reported {
     pub complete: bool,
 }
 
-/// Reads a recording once and writes a page about it.
+/// Reads a recording once and writes a page about it, in the place of what it may replace.
 ///
 /// # Errors
 /// The recording cannot be opened again, or the page not be written.
-pub fn report(recording: &Recording, out: &Path) -> Result<Reported, ReportError> {
+pub fn report(recording: &Recording, out: &Path, replace: Replace) -> Result<Reported, ReportError> {
     let gathered = Gathered::from(recording)?;
     // A scene of an older program may not be valid here; the page then has the file's name.
     let title = recording.info.scene().map(|scene| scene.title).unwrap_or_default();
     let title = if title.is_empty() { &recording.info.scene_file } else { &title };
     let page = page::page(&gathered, title);
-    fs::write(out, &page).map_err(|source| ReportError::Write { path: out.into(), source })?;
+    outputs::sweep(out);
+    outputs::write(out, replace, page.as_bytes())?;
     Ok(Reported { bytes: page.len(), complete: gathered.complete })
 }

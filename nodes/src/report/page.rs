@@ -34,6 +34,7 @@ fn head(gathered: &Gathered, title: &str) -> String {
     let outcome = match &gathered.end {
         Some((true, _)) => "completed".to_owned(),
         Some((false, reason)) => format!("stopped: {reason}"),
+        None if gathered.being_written => "it goes on".to_owned(),
         None => "not closed: the recording ends before its run did".to_owned(),
     };
     let mut text = format!(
@@ -42,7 +43,9 @@ fn head(gathered: &Gathered, title: &str) -> String {
         escape(&info.run),
         escape(&outcome)
     );
-    if !gathered.complete {
+    if gathered.being_written && gathered.problem_count == 0 {
+        text += "<p class=\"notice\">The recording is still being written. This page shows what there was.</p>\n";
+    } else if !gathered.complete {
         text += "<p class=\"notice\">The recording is cut off or damaged. This page shows what could be read.</p>\n";
     }
     for problem in &gathered.problems {

@@ -13,7 +13,7 @@ use serde_json::Value;
 use stagger_messages::codec;
 
 use super::{Failed, axis::Set};
-use crate::scene_files;
+use crate::scene_files::SceneFile;
 
 /// How often a run is looked at.
 const LOOK: Duration = Duration::from_millis(20);
@@ -32,7 +32,7 @@ pub struct Workshop {
     /// Nodes as threads of one process.
     pub in_process: bool,
     /// Threads of each node.
-    pub threads: Option<u16>,
+    pub threads: Option<usize>,
     /// Runs of each case, whose median times are told.
     pub repeat: usize,
 }
@@ -104,9 +104,9 @@ impl Workshop {
         longest: Option<Duration>,
         interrupted: &AtomicBool,
     ) -> Result<(Outcome, Option<PathBuf>), Failed> {
-        let text = fs::read_to_string(&self.scene).map_err(|source| Failed::io(&self.scene, source))?;
+        let file = SceneFile::read(&self.scene).map_err(|source| Failed::io(&self.scene, source))?;
         let all: Set = self.overrides.iter().chain(set).cloned().collect();
-        let scene = match scene_files::parse(&text, &self.scene, &all, self.files.as_deref()) {
+        let scene = match file.parse(&all, self.files.as_deref()) {
             Ok(scene) => scene,
             Err(problems) => {
                 let failed = problems.list.first().map(|problem| format!("{}: {}", problem.key, problem.message));
@@ -164,11 +164,13 @@ impl Workshop {
         let (out, log) = (folder.join("summary.json"), folder.join("messages.txt"));
         let file = |path: &Path| fs::File::create(path).map_err(|source| Failed::io(path, source));
         let mut command = Command::new(&program);
-        command.arg("run").arg(&self.scene).arg("--json").arg("--record").arg(recording);
-        command.args(all.iter().flat_map(|(key, value)| ["--set".to_owned(), format!("{key}={value}")]));
+        // A case that is measured again replaces its own recording.
+        command.args(["run", "--json", "--overwrite", "--record"]).arg(recording);
+        command.args(all.iter().map(|(key, value)| format!("--set={key}={value}")));
         command.args(self.files.iter().flat_map(|files| [Path::new("--files"), files.as_path()]));
         command.args(self.in_process.then_some("--in-process"));
         command.args(self.threads.map(|threads| format!("--threads={threads}")));
+        command.arg("--").arg(&self.scene);
         command.stdin(Stdio::null()).stdout(file(&out)?).stderr(file(&log)?);
         let mut child = command.spawn().map_err(|source| Failed::io(&program, source))?;
         let started = Instant::now();

@@ -19,6 +19,10 @@ use serde::Serialize;
 use stagger_recordings::RecordingError;
 use stagger_solver::scene::{STANDARD, Scene};
 
+use crate::{
+    outputs::{self, Inputs, OutputError, Replace},
+    report,
+};
 use axis::{Axis, Point, Set};
 pub use case::{Outcome, Workshop};
 pub use front::{Rated, cheapest, front};
@@ -37,6 +41,8 @@ const FASTER: f64 = 0.97;
 pub struct Options {
     /// Where and how runs are made.
     pub workshop: Workshop,
+    /// Where the page and the table go.
+    pub results: Results,
     /// Built-in axes to try; empty tries all that mean something for the scene, `presets` none: those of the scene are always
     /// run.
     pub axes: Vec<String>,
@@ -50,6 +56,40 @@ pub struct Options {
     pub bound: f64,
     /// A run is ended that takes this many times as long as the scene as it stands.
     pub longest: f64,
+}
+
+/// The page and the table of a study, and what they may replace.
+#[derive(Clone, Debug)]
+pub struct Results {
+    table: (PathBuf, Replace),
+    page: (PathBuf, Replace),
+}
+
+impl Results {
+    /// Those in a folder; what no earlier study has written is replaced only where `overwrite` says so.
+    #[must_use]
+    pub fn new(folder: &Path, overwrite: bool) -> Self {
+        Self {
+            table: (folder.join("tradeoff.csv"), Replace::own(table::BEGIN, overwrite)),
+            page: (folder.join("tradeoff.html"), Replace::own(report::BEGIN, overwrite)),
+        }
+    }
+
+    /// Whether they may be written, and are none of the `inputs`.
+    ///
+    /// # Errors
+    /// They may not.
+    pub fn allowed(&self, inputs: &Inputs) -> Result<(), OutputError> {
+        [&self.table, &self.page].into_iter().try_for_each(|(path, replace)| {
+            inputs.spare(path)?;
+            replace.allows(path)
+        })
+    }
+
+    fn write(&self, study: &Study) -> Result<(), OutputError> {
+        outputs::write(&self.table.0, self.table.1, table::csv(study).as_bytes())?;
+        outputs::write(&self.page.0, self.page.1, page::page(study).as_bytes())
+    }
 }
 
 /// Why there is no table.
@@ -81,6 +121,9 @@ pub enum Failed {
     /// A recording cannot be read.
     #[error(transparent)]
     Recording(#[from] RecordingError),
+    /// The page or the table.
+    #[error(transparent)]
+    Output(#[from] OutputError),
     /// A file or a program.
     #[error("{}: {source}", path.display())]
     Io {
@@ -329,11 +372,7 @@ pub fn study(
         recommended,
         cases: bench.cases,
     };
-    let folder = &options.workshop.folder;
-    for (name, text) in [("tradeoff.csv", table::csv(&study)), ("tradeoff.html", page::page(&study))] {
-        let path = folder.join(name);
-        std::fs::write(&path, text).map_err(|source| Failed::io(&path, source))?;
-    }
+    options.results.write(&study)?;
     (bench.tell)(&table::verdict(&study));
     Ok(study)
 }

@@ -112,12 +112,14 @@ pub fn verdict(study: &Study) -> String {
     text
 }
 
+/// What every table begins with.
+pub const BEGIN: &str =
+    "case,axis,settings,wall_s,cpu_s,steps,rejected,iterations,exchanges,bytes,largest_error,front,recommended,failed";
+
 /// The table as CSV: times in s, values in SI units, errors as shares; empty where there is none.
 #[must_use]
 pub fn csv(study: &Study) -> String {
-    let mut text = String::from(
-        "case,axis,settings,wall_s,cpu_s,steps,rejected,iterations,exchanges,bytes,largest_error,front,recommended,failed",
-    );
+    let mut text = String::from(BEGIN);
     for quantity in &study.quantities {
         let _ = write!(text, ",{},{}", quoted(quantity), quoted(&format!("error of {quantity}")));
     }

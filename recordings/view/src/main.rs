@@ -13,7 +13,7 @@ mod web;
 
 use std::{
     error::Error,
-    io::{self, Read},
+    io::{self, Read, Write as _},
     path::Path,
     process::ExitCode,
 };
@@ -30,8 +30,10 @@ use walls::Walls;
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     if arguments.iter().any(|argument| argument == "--help" || argument == "-h") {
-        println!("{}", arguments::USAGE);
-        return ExitCode::SUCCESS;
+        return match writeln!(io::stdout(), "{}", arguments::USAGE) {
+            Err(error) if error.kind() != io::ErrorKind::BrokenPipe => ExitCode::FAILURE,
+            _ => ExitCode::SUCCESS,
+        };
     }
     let arguments = match arguments::parse(arguments) {
         Ok(arguments) => arguments,
@@ -72,14 +74,19 @@ fn run(arguments: &Arguments) -> Result<ExitCode, Box<dyn Error>> {
 
 /// Writes a recording's fields as Arrow files; 3 where it is cut off or damaged.
 fn arrow(recording: &Path, folder: &Path, every: u64) -> Result<ExitCode, Box<dyn Error>> {
-    let written = arrow_files::write(&Recording::open(recording)?, folder, every)?;
+    let opened = Recording::open(recording)?;
+    let written = arrow_files::write(&opened, folder, every)?;
     for (file, rows) in &written.files {
-        println!("{rows} rows in {}", file.display());
+        match writeln!(io::stdout(), "{rows} rows in {}", file.display()) {
+            // A reader that has gone has read enough.
+            Err(error) if error.kind() == io::ErrorKind::BrokenPipe => break,
+            told => told?,
+        }
     }
     if written.complete {
         return Ok(ExitCode::SUCCESS);
     }
-    eprintln!("error: {}: {}", recording.display(), written.problem.as_deref().unwrap_or("it is cut off"));
+    eprintln!("error: {}: {}", recording.display(), written.problem.as_deref().unwrap_or(opened.shortfall()));
     Ok(ExitCode::from(3))
 }
 

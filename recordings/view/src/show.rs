@@ -2,6 +2,7 @@
 
 use std::{
     collections::{BTreeMap, BTreeSet},
+    io::Write as _,
     time::Duration,
 };
 
@@ -129,7 +130,8 @@ impl Show {
         // The library would try to connect for ever; nobody should wait for a viewer that is not there.
         stream.flush_with_timeout(ANSWER).map_err(|error| ShowError::NoAnswer(error.to_string()))?;
         if let Some(server) = &server {
-            println!("open {} in a browser; Ctrl-C ends it", server.page());
+            // Where nobody reads it, whoever knows the address can open it all the same.
+            let _ = writeln!(std::io::stdout(), "open {} in a browser; Ctrl-C ends it", server.page());
         }
         Ok(Self {
             stream,
