@@ -111,7 +111,8 @@ fn piece_arrays(piece: &Node<'_, '_>, points: usize, coding: &Coding) -> Result<
             if components == 0 || count > MOST_VALUES {
                 return Err(wrong(format!("{points} points of {components} components cannot be read")));
             }
-            let values = coding.values(&node, number, count).map_err(wrong)?;
+            let told = |message| wrong(format!("{message}; expected {points} points of {components} values"));
+            let values = coding.values(&node, number, count).map_err(told)?;
             if values.len() != count {
                 let found = values.len();
                 return Err(wrong(format!("expected {points} points of {components} values, found {found} values")));
