@@ -74,9 +74,10 @@ fn a_run_that_only_rejects_says_so_and_ends() {
     for word in [
         "was rejected 10 times",
         "was rejected 50 times",
-        "`temperature` did not converge in 8 iterations, row ",
+        "`temperature` did not converge in 8 iterations",
+        " the least",
         "tolerance 1.0e-9",
-        "each iteration leaves 0.5",
+        "shrinks to 0.500 of itself",
         "coupling.iterations",
         "aitken",
         "coupling.rejections",

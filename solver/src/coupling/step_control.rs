@@ -483,7 +483,7 @@ fn least(outcomes: &[Outcome], decision: &Decision) -> String {
     sums.map(|sums| format!(", row {} the least", sums.worst_row)).unwrap_or_default()
 }
 
-/// How far the limiting field is from its tolerance, and what an iteration leaves of its change, in words.
+/// How far the limiting field is from its tolerance, in words.
 fn far(decision: &Decision) -> String {
     let Some(FieldError { error, tolerance, absolute, absolute_tolerance, .. }) =
         decision.errors.iter().find(|error| error.field == decision.limiting)
@@ -493,9 +493,6 @@ fn far(decision: &Decision) -> String {
     let mut words = format!(": its change is {error:.1e}, its tolerance {tolerance:.1e}");
     if *absolute_tolerance > 0.0 {
         words += &format!(" (of a row {absolute:.1e}, tolerance {absolute_tolerance:.1e})");
-    }
-    if decision.contraction > 0.0 && decision.contraction.is_finite() {
-        words += &format!(", each iteration leaves {:.2} of it", decision.contraction);
     }
     words
 }
