@@ -201,7 +201,9 @@ fn a_step_that_is_only_rejected_ends_the_run_and_says_how_far_it_was() {
     let error = reject().unwrap_err();
     assert!(matches!(error, ControlError::TooOften { rejections: 3, .. }), "{error}");
     let said = error.to_string();
-    for word in ["rejected 3 times", "`w` did not converge in 2 iterations", "row 7", "5.0e-1", "1.0e-6", "0.500 of itself"] {
+    for word in
+        ["rejected 3 times", "`w` did not converge in 2 iterations", "row 7", "5.0e-1", "1.0e-6", "0.500 of itself"]
+    {
         assert!(said.contains(word), "{word}: {said}");
     }
     // A step that gets through in between begins the count anew, and a node's own wish counts too.
