@@ -18,6 +18,7 @@ fn apart(place: &Workplace, before: &str, arguments: &[&str]) -> Command {
 }
 
 /// Whether a folder of its own can be mounted here; says so where it cannot.
+#[expect(clippy::print_stdout, reason = "who reads the test's output is to know what was left out")]
 fn may_mount() -> bool {
     let mount = "mount -t tmpfs tmpfs /dev/shm";
     let may =
