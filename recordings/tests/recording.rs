@@ -215,16 +215,24 @@ fn losses_are_counted_and_repetitions_recorded_once() {
     let last = fields[fields.len() - 1];
     let Exchange::Field { topic, attachment, payload } = sent[last].clone() else { panic!("a field was picked") };
     let mut received = codec::decode_field(&attachment, payload.clone()).unwrap();
-    received.envelope.sequence = u64::from(u32::MAX);
-    let again = codec::field_attachment(&received.envelope, received.field.as_ref().unwrap(), None);
-    sent.push(Exchange::Field { topic, attachment: again.into(), payload });
-    let highest = received.envelope.sequence;
+    let mut again = |sequence| {
+        received.envelope.sequence = sequence;
+        let attachment = codec::field_attachment(&received.envelope, received.field.as_ref().unwrap(), None);
+        Exchange::Field { topic: topic.clone(), attachment: attachment.into(), payload: payload.clone() }
+    };
+    let highest = 9_000;
+    sent.push(again(highest));
     let (_, repeated) = record(&sent, RecorderOptions::default());
     assert_eq!(repeated.messages, whole.messages);
     // The particles sent four fields and a report for the start and for each iteration, of which none is missing; all
     // numbers between the last of them and the repetition's are.
     let iterations = SMALL.steps * u64::from(ITERATIONS) + 2 * u64::from(ITERATIONS - 1);
     assert_eq!(repeated.lost, highest - 5 * (1 + iterations));
+    sent.pop();
+    // No node comes to such a number: somebody else does.
+    sent.push(again(u64::MAX));
+    let (_, forged) = record(&sent, RecorderOptions::default());
+    assert_eq!((forged.lost, forged.refused, forged.messages), (0, 1, whole.messages));
     sent.pop();
     for (gone, index) in [fields[10], fields[30], fields[31]].into_iter().rev().zip(1..) {
         sent.remove(gone);

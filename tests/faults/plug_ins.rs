@@ -163,3 +163,21 @@ fn a_node_started_by_hand_ends_with_its_coordinator_whatever_it_does() {
     }
     assert!(begun.elapsed() < Duration::from_secs(12), "{:?}", begun.elapsed());
 }
+
+#[test]
+fn a_coordinator_that_was_suspended_goes_on_and_its_recording_is_whole() {
+    let place = Workplace::of(&laser_for("1 ms"));
+    let expected = json(&place.run(&["--json", "--no-record"]));
+    let run = place.start(&["--json", "--record", "run.mcap"]);
+    place.wait_for_file("run.mcap", 2_000_000);
+    signal("STOP", run.id());
+    // Longer than the lease, so that every node takes it for dead.
+    std::thread::sleep(Duration::from_secs(8));
+    signal("CONT", run.id());
+    let output = run.wait_with_output().unwrap();
+    assert_eq!(json(&output)["hash"], expected["hash"]);
+    for command in ["info", "verify"] {
+        let read = stagger().arg(command).arg(place.path("run.mcap")).output().unwrap();
+        assert!(read.status.success(), "{command}: {}", said(&read));
+    }
+}
