@@ -9,6 +9,7 @@
 #[allow(dead_code)] // Each of the two needs a part of it.
 mod place;
 mod program;
+mod windows;
 
 mod angular_momentum;
 mod broken_pipe;

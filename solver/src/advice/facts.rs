@@ -84,7 +84,11 @@ impl<'s> Facts<'s> {
         if let Start::Settle { until, .. } = settings.start {
             // They begin at rest but for `until` of m g R.
             let largest_m = bodies.iter().map(|body| body.radius_m).fold(0.0, f64::max);
-            let walls = scene.walls.iter().map(|wall| wall.motion.speed_m_s()).fold(0.0, f64::max);
+            let walls = scene
+                .walls
+                .iter()
+                .map(|wall| wall.motion.speed_m_s([f64::NEG_INFINITY, f64::INFINITY]))
+                .fold(0.0, f64::max);
             let rest = (2.0 * until * expectation.acceleration_m_s2 * largest_m).sqrt();
             expectation.speed_m_s = rest.max(walls);
         }

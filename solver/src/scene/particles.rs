@@ -107,9 +107,13 @@ static INTEGRATOR_KIND: Key = Key::new(
     "Method.",
 )
 .or("\"verlet\"");
-static SUBSTEP: Key = Key::new("substep", Kind::Number(&TIME, Range::POSITIVE), "Largest substep.")
-    .or_from("1/25 of the shortest contact")
-    .when("kind", &["verlet"]);
+static SUBSTEP: Key = Key::new(
+    "substep",
+    Kind::Number(&TIME, Range::POSITIVE),
+    "Largest substep; shorter ones are taken where contacts or ways within the step ask for them.",
+)
+.or_from("1/25 of the shortest contact")
+.when("kind", &["verlet"]);
 static PHI: Key = Key::new(
     "phi",
     Kind::Number(&NUMBER, Range::within(0.0, 1.0)),

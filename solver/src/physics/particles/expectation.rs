@@ -30,7 +30,8 @@ impl Particles {
     /// The start configuration cannot be listed.
     pub fn expectation(&self) -> Result<Expectation, SolveError> {
         let state = self.state_at_start()?;
-        let TimeScales { contact_s, substep_s, speed_m_s } = self.time_scales(&state);
+        let speed_m_s = self.reference_speed(&state);
+        let TimeScales { contact_s, substep_s } = self.time_scales(speed_m_s);
         let (bodies, motion) = &self.start;
         let driven = bodies.radii.iter().zip(&bodies.masses);
         let driven = driven.map(|(&radius, &mass)| self.fields.electric_m_s2(self.fields.body(radius, mass)).norm());

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::{
-    PARALLEL_PARTICLES, Particles, Vec3,
+    Integrator, PARALLEL_PARTICLES, Particles, Vec3,
     blocks::BLOCK,
     bodies::one,
     bonds::{Bonds, Spheres},
@@ -14,6 +14,7 @@ use super::{
     lists::Lists,
     on_substrate::{Sinking, WallLoad},
     outside::Outside,
+    rolling,
     springs::Springs,
     state::{Advanced, Dissipation, Forces, Motion, State},
 };
@@ -45,6 +46,10 @@ pub(super) struct Evaluator<'a> {
     places_by_id: Vec<u32>,
     evaluations: u32,
     builds: u32,
+    /// As [`rolling::stopping_share`], of the window's start.
+    stopping_share: f64,
+    /// As [`Self::rate_1_s2`].
+    rate_1_s2: f64,
     places: Vec<Place>,
     bodies: Vec<Body>,
     poses: Vec<Pose>,
@@ -72,6 +77,7 @@ struct Scratch {
     touching: Vec<u32>,
     touches: Vec<Touch>,
     dissipation: Dissipation,
+    rate_1_s2: f64,
 }
 
 /// The instant that forces are evaluated at.
@@ -121,6 +127,8 @@ impl<'a> Evaluator<'a> {
             places_by_id: if particles.bonds.is_some() { of.places_by_id() } else { Vec::new() },
             evaluations: 0,
             builds: 0,
+            stopping_share: rolling::stopping_share(if particles.surface.rolls { state.crowd() } else { 0.0 }),
+            rate_1_s2: 0.0,
             places: places.collect(),
             bodies: bodies.collect(),
             poses: Vec::new(),
@@ -163,6 +171,11 @@ impl<'a> Evaluator<'a> {
     /// What the contacts of the last evaluation remember.
     pub fn springs(&self) -> &[Springs] {
         &self.memory.springs
+    }
+
+    /// Largest elastic force over overlap and reduced mass of a contact at the last evaluation, in 1/s²; 0 without contacts.
+    pub fn rate_1_s2(&self) -> f64 {
+        self.rate_1_s2
     }
 
     /// Builds the lists anew where a particle, or a wall as it sees it, has moved half its skin.
@@ -264,12 +277,18 @@ impl<'a> Evaluator<'a> {
             t_s: at.t_s,
             alike: self.alike,
             step_s: at.step_s,
+            stopping_share: self.stopping_share,
+            touch_s: match self.particles.settings.integrator {
+                Integrator::Verlet { .. } => at.step_s,
+                Integrator::Trapezoidal { .. } | Integrator::Held => 0.0,
+            },
         };
         let lists = &self.lists;
         self.scratch.resize_with(lists.pairs.blocks.len(), Scratch::default);
         let work = |(index, (scratch, springs)): (usize, (&mut Scratch, &mut Springs))| {
             let block = &lists.pairs.blocks[index];
-            let Scratch { loads, on_walls, on_contacts, touching, touches, dissipation } = scratch;
+            let Scratch { loads, on_walls, on_contacts, touching, touches, dissipation, rate_1_s2 } = scratch;
+            *rate_1_s2 = 0.0;
             on_contacts.clear();
             loads.clear();
             loads.resize(block.len() + block.halo.len(), Load::none());
@@ -277,8 +296,17 @@ impl<'a> Evaluator<'a> {
             on_walls.resize(bed.poses.len(), Vec3::zeros());
             *dissipation = bed.fields(block.range(), loads);
             let walls = &lists.walls[index];
-            *dissipation +=
-                bed.contacts(Task { block, walls, springs, loads, on_walls, on_contacts, touching, touches });
+            *dissipation += bed.contacts(Task {
+                block,
+                walls,
+                springs,
+                loads,
+                on_walls,
+                on_contacts,
+                rate_1_s2,
+                touching,
+                touches,
+            });
         };
         if self.places.len() > PARALLEL_PARTICLES {
             self.scratch.par_iter_mut().zip(&mut self.memory.springs).enumerate().for_each(work);
@@ -316,7 +344,9 @@ impl<'a> Evaluator<'a> {
         forces.on_walls.resize(self.poses.len(), Vec3::zeros());
         forces.on_contacts.clear();
         let rows = &self.state.bodies.rows;
+        self.rate_1_s2 = 0.0;
         for scratch in &self.scratch {
+            self.rate_1_s2 = self.rate_1_s2.max(scratch.rate_1_s2);
             forces.dissipation += scratch.dissipation;
             let row = |load: &WallLoad| WallLoad { pair: [rows[load.pair[0] as usize], load.pair[1]], ..*load };
             forces.on_contacts.extend(scratch.on_contacts.iter().map(row));

@@ -84,6 +84,10 @@ pub(super) struct Bed<'a> {
     pub alike: bool,
     /// Step Δt in s for friction.
     pub step_s: f64,
+    /// As [`super::rolling::stopping_share`].
+    pub stopping_share: f64,
+    /// The same for a rule between whose evaluations contacts begin and end, as [`super::contact::Meeting::touch_s`].
+    pub touch_s: f64,
 }
 
 /// A block with what its kernel writes.
@@ -97,6 +101,8 @@ pub(super) struct Task<'a> {
     pub on_walls: &'a mut [Vec3],
     /// Loads of the contacts with walls, their particles by place in memory; filled where a substrate reads them.
     pub on_contacts: &'a mut Vec<WallLoad>,
+    /// Largest elastic force over overlap and reduced mass, in 1/s²: raised to that of the block's contacts.
+    pub rate_1_s2: &'a mut f64,
     /// Scratch: entries of the pairs that touch.
     pub touching: &'a mut Vec<u32>,
     /// Scratch: contacts of a particle with a wall.

@@ -86,14 +86,14 @@ use self::{
     springs::Springs,
     start::Placed,
     state::{Advanced, Forces, Motion, Trial},
-    substep::TimeScales,
+    substep::{Hardest, TimeScales},
     trapezoidal::Trapezoidal,
 };
 use super::quadrature;
 use crate::{
     SolveError,
     coupling::{Frozen, Physics, Reply, Window},
-    physics::walls::{Motion as WallMotion, Pose, Surface as WallSurface, WallState},
+    physics::walls::{Motion as WallMotion, Pose, Surface as WallSurface, Wall, WallState},
 };
 
 type Vec3 = nalgebra::Vector3<f64>;
@@ -119,15 +119,19 @@ pub struct Particles {
     gravity: Vec3,
     /// The walls, prepared for contact search.
     surfaces: Vec<WallSurface>,
+    /// How far each wall reaches from the axis it turns about, in m.
+    wall_reaches_m: Vec<f64>,
     /// Index of each wall's material in the table.
     wall_materials: Vec<u16>,
     fields: fields::Fields,
     bonds: Option<BondModel>,
     /// The particles at t = 0, in the order of the fields.
     start: (Bodies, Motion),
+    /// The hardest impacts of the start and of what is poured.
+    hardest: Option<Hardest>,
     /// Shortest expected contact, in s.
     contact_s: f64,
-    /// Longest substep of the Verlet integrator, in s.
+    /// Longest substep of the Verlet integrator, in s: the scene's own, or that of the speeds which the start lets expect.
     substep_s: f64,
     temperature: Arc<Port>,
     positions: Arc<Port>,
@@ -160,11 +164,13 @@ impl Particles {
                 arms_by_radius: settings.lever_arm == LeverArm::Radius,
                 rolls: settings.spin && table.laws().iter().any(|pair| pair.rolling > 0.0 || pair.torsion > 0.0),
                 bond: settings.bond.map(|settings| MonographBond { settings }),
+                power: law.power(),
             },
             table,
             softening: settings.materials.iter().map(|material| softening(&settings, material)).collect(),
             gravity: Vec3::from(settings.gravity_m_s2),
             surfaces: settings.walls.iter().map(|wall| WallSurface::new(&wall.shape, law.power())).collect(),
+            wall_reaches_m: settings.walls.iter().map(Wall::reach_m).collect(),
             wall_materials,
             fields: fields::Fields::new(
                 &settings.fields,
@@ -173,6 +179,7 @@ impl Particles {
             )?,
             bonds: settings.bonds.map(BondModel::new).transpose()?,
             start,
+            hardest: None,
             contact_s: f64::INFINITY,
             substep_s: f64::INFINITY,
             temperature: Arc::new(Port::f64("temperature", "K", "particles", 1, Measure::Magnitude).as_read()),
@@ -187,7 +194,8 @@ impl Particles {
             settings,
         };
         let state = particles.state_at_start()?;
-        let TimeScales { contact_s, substep_s, .. } = particles.time_scales(&state);
+        particles.hardest = particles.hardest(&state);
+        let TimeScales { contact_s, substep_s } = particles.time_scales(particles.reference_speed(&state));
         particles.contact_s = contact_s;
         particles.substep_s = match particles.settings.integrator {
             Integrator::Verlet { substep_s: Some(bound_s) } => bound_s,
@@ -418,7 +426,8 @@ impl Particles {
             reply.figures.insert("substep [s]".into(), advanced.substep_s);
             // Without contacts nothing is critical, and this is zero.
             reply.figures.insert("substep over critical".into(), advanced.substep_s / state.critical_s);
-            let share = self.contact_s / advanced.substep_s;
+            let fastest_m_s = state.motion.velocities.iter().map(Vec3::norm).fold(0.0, f64::max);
+            let share = self.contact_s.min(self.time_scales(fastest_m_s).contact_s) / advanced.substep_s;
             if share.is_finite() {
                 reply.figures.insert("shortest contact time over substep".into(), share);
             }

@@ -93,6 +93,7 @@ struct Batch {
     damping_w: Column,
     friction_w: Column,
     rolling_w: Column,
+    rate_1_s2: Column,
 }
 
 /// The contact loop of one block for one pair of laws.
@@ -127,6 +128,7 @@ impl<N: Normal, T: Tangential> WithSimd for PairKernel<'_, '_, N, T> {
             damping_w: Column::ZERO,
             friction_w: Column::ZERO,
             rolling_w: Column::ZERO,
+            rate_1_s2: Column::ZERO,
         };
         let mut lost = Dissipation::default();
         self.find();
@@ -206,7 +208,7 @@ impl<N: Normal, T: Tangential> PairKernel<'_, '_, N, T> {
 
     #[inline(always)]
     fn compute<S: Simd>(&self, register: Register<S>, batch: &mut Batch) {
-        let Bed { particles, step_s, .. } = self.bed;
+        let Bed { particles, step_s, stopping_share, touch_s, .. } = self.bed;
         let between = register.load_all(&batch.between);
         let (radius_i, radius_j) = (register.load(&batch.radii[0]), register.load(&batch.radii[1]));
         let zero = radius_i.all(0.0);
@@ -249,6 +251,8 @@ impl<N: Normal, T: Tangential> PairKernel<'_, '_, N, T> {
             },
             spring: register.load_all(&batch.spring),
             step_s: zero.all(step_s),
+            stopping_share: zero.all(stopping_share),
+            touch_s: zero.all(touch_s),
         };
         let response = particles.surface.respond(self.tangential, &pair, &meeting);
         register.store_all(&mut batch.force, response.force);
@@ -257,6 +261,7 @@ impl<N: Normal, T: Tangential> PairKernel<'_, '_, N, T> {
         register.store(&mut batch.arms[1], arm_j);
         register.store(&mut batch.damping_w, response.damping_w);
         register.store(&mut batch.friction_w, response.friction_w);
+        register.store(&mut batch.rate_1_s2, response.rate_1_s2);
         if T::REMEMBERS {
             register.store_all(&mut batch.spring, response.spring);
         }
@@ -268,12 +273,13 @@ impl<N: Normal, T: Tangential> PairKernel<'_, '_, N, T> {
 
     #[inline(always)]
     fn scatter(&mut self, from: usize, until: usize, batch: &Batch, lost: &mut Dissipation) {
-        let Task { block, springs, loads, touching, .. } = &mut *self.task;
+        let Task { block, springs, loads, touching, rate_1_s2, .. } = &mut *self.task;
         let surface = &self.bed.particles.surface;
         for (lane, &entry) in touching[from..until].iter().enumerate() {
             let entry = entry as usize;
             let force = take(&batch.force, lane);
             lost.contact_damping += batch.damping_w.0[lane];
+            **rate_1_s2 = rate_1_s2.max(batch.rate_1_s2.0[lane]);
             if T::ACTS || surface.bond.is_some() {
                 lost.friction += batch.friction_w.0[lane];
             }

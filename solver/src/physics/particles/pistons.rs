@@ -42,6 +42,11 @@ impl Pistons<'_> {
         self.each(|piston, state, force_n| piston.kick(t_s, half_s, force_n, state), on_walls);
     }
 
+    /// Speed of the fastest, in m/s.
+    pub fn fastest_m_s(&self) -> f64 {
+        self.walls.iter().map(|moved| moved.speed_m_s.abs()).fold(0.0, f64::max)
+    }
+
     fn each(&mut self, mut act: impl FnMut(&Pressed, &mut WallState, f64) -> Work, on_walls: &[Vec3]) {
         for ((wall, state), force) in self.particles.settings.walls.iter().zip(&mut self.walls).zip(on_walls) {
             if let Motion::Pressed(piston) = &wall.motion {

@@ -4,9 +4,18 @@ use super::{
     pair_table::PairLaw,
 };
 
-/// Share of the moment that would stop a relative motion within one step that one contact may take. The dozen contacts a
-/// particle has then do not turn it about together, from step to step and for ever.
+/// Share of the moment that would stop a relative motion within one step that one contact may take.
 const STOPPING_SHARE: f64 = 0.125;
+
+/// The same of all contacts of a particle together: they do not turn it about, from step to step and for ever. A dozen equal
+/// ones reach it, as two equal spheres stop each other half each.
+const STOPPING_TOGETHER: f64 = 0.75;
+
+/// Share of the moment that would stop a relative motion within one step that a contact may take where the contacts of the
+/// most crowded particle have reduced moments of inertia that add up to so many of its own.
+pub(super) fn stopping_share(crowd: f64) -> f64 {
+    if crowd * STOPPING_SHARE > STOPPING_TOGETHER { STOPPING_TOGETHER / crowd } else { STOPPING_SHARE }
+}
 
 /// Moment in N m on particle i against rolling and torsion: μ a ‖Ψ^n‖ against the relative rolling (Zohdi 2018, eq. 6.18),
 /// and the same with its own coefficient against the relative spin about n; a is the contact radius.
@@ -19,7 +28,7 @@ pub(super) fn resist<R: Real>(law: &PairLaw<R>, meeting: &Meeting<R>, elastic_n:
     let least = zero.all(f64::MIN_POSITIVE);
     let lever_n_m = (meeting.patch_m2 * zero.all(std::f64::consts::FRAC_1_PI)).sqrt() * elastic_n;
     let twisting = meeting.normal * meeting.turning.dot(meeting.normal);
-    let stopping = zero.all(STOPPING_SHARE) * meeting.reduced_inertia;
+    let stopping = meeting.stopping_share * meeting.reduced_inertia;
     // A step of zero stops nothing.
     let stopping_kg_m2_s = R::choose(zero.below(meeting.step_s), stopping / meeting.step_s.most(least), zero);
     let against = |turning: Triple<R>, coefficient: R| {

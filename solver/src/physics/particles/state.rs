@@ -51,6 +51,26 @@ pub struct State {
     pub(super) stable_s: f64,
 }
 
+impl State {
+    /// Reduced moments of inertia of a particle's contacts over its own, added up, of the most crowded particle.
+    pub(super) fn crowd(&self) -> f64 {
+        let inertias = self.bodies.in_rows(&self.bodies.inertias);
+        let mut sums = vec![0.0; inertias.len()];
+        // Lists of contacts that are not of their type are refused where they are made.
+        let pairs = |list: &ContactList| list.pairs.u32().map_or_else(|_| Vec::new(), <[u32]>::to_vec);
+        for &[i, j] in pairs(&self.contacts).as_chunks::<2>().0 {
+            let (i, j) = (i as usize, j as usize);
+            let sum = inertias[i] + inertias[j];
+            sums[i] += inertias[j] / sum;
+            sums[j] += inertias[i] / sum;
+        }
+        for &[i, _] in pairs(&self.wall_contacts).as_chunks::<2>().0 {
+            sums[i as usize] += 1.0;
+        }
+        sums.into_iter().fold(0.0, f64::max)
+    }
+}
+
 /// Where the particles are and how they move.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Motion {
@@ -85,17 +105,22 @@ impl Motion {
         Ok(())
     }
 
-    /// How many times its radius the first particle has moved since `before` that has moved more than that.
+    /// How many times [`LARGEST_WAY`] the first particle has moved since `before` that has moved more than that.
     pub fn jump(&self, before: &[Vec3], radii: &[f64]) -> Option<f64> {
         let steps = self.positions.iter().zip(before).map(|(now, then)| now - then);
-        steps.zip(radii).find(|(step, radius)| !within(step, **radius)).map(|(step, radius)| step.norm() / radius)
+        let far = steps.zip(radii).find(|(step, radius)| !within(step, LARGEST_WAY * **radius));
+        far.map(|(step, radius)| step.norm() / (LARGEST_WAY * radius))
     }
 }
 
-/// Whether a step is at most a radius long: a longer one could jump a contact. False for what is not a number.
+/// Largest share of its radius that a particle, or a wall as the smallest of them sees it, moves in a step: a longer way could
+/// jump a contact.
+pub(super) const LARGEST_WAY: f64 = 0.25;
+
+/// Whether a step is at most so long, in m. False for what is not a number.
 #[inline]
-pub(super) fn within(step: &Vec3, radius: f64) -> bool {
-    step.norm_squared() <= radius * radius
+pub(super) fn within(step: &Vec3, longest_m: f64) -> bool {
+    step.norm_squared() <= longest_m * longest_m
 }
 
 /// Forces on all particles at one instant.

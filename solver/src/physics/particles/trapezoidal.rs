@@ -6,7 +6,7 @@ use super::{
     forces::{At, Evaluator},
     outside::Outside,
     pistons::Pistons,
-    state::{Dissipation, Forces, Motion, State, Trial},
+    state::{Dissipation, Forces, LARGEST_WAY, Motion, State, Trial},
 };
 use crate::{
     SolveError,
@@ -18,7 +18,7 @@ use crate::{
 const ORDER: f64 = 2.0;
 
 /// Why a window is not solved, where that is not the iteration.
-const JUMPS: &str = "a particle moves more than its radius in one step";
+const JUMPS: &str = "a particle, or a wall, moves more than a quarter of a radius in one step";
 
 /// Weight, tolerance and bound of the fixed point.
 #[derive(Clone, Copy)]
@@ -55,6 +55,14 @@ impl Trapezoidal {
             return Ok(Trial::NotConverged(NotConverged { reason, step_factor }));
         }
         let radii = &state.bodies.radii;
+        let fastest_m_s = state.motion.velocities.iter().map(Vec3::norm).fold(0.0, f64::max);
+        let during = [window.t_s, window.t_s + dt_s];
+        let wall_way_m = particles.walls_m_s(state, during, fastest_m_s * dt_s) * dt_s;
+        let longest_m = LARGEST_WAY * radii.iter().copied().fold(f64::INFINITY, f64::min);
+        if wall_way_m > longest_m {
+            let step_factor = (longest_m / wall_way_m).clamp(0.1, 0.9);
+            return Ok(Trial::NotConverged(NotConverged { reason: JUMPS, step_factor }));
+        }
         let mut evaluator = Evaluator::new(particles, state, outside);
         let start = particles.start_forces(state, &mut evaluator, window.t_s, dt_s)?;
         let mut end = start.clone();

@@ -13,8 +13,8 @@ use super::{
 impl Bed<'_> {
     /// Adds the loads by the walls, and those on them.
     pub fn walls<N: Normal, T: Tangential>(self, law: N, tangential: T, task: &mut Task<'_>) -> Dissipation {
-        let Self { particles, places, bodies, materials, poses, sinking, step_s, .. } = self;
-        let Task { block, walls, springs, loads, on_walls, on_contacts, touches, .. } = task;
+        let Self { particles, places, bodies, materials, poses, sinking, step_s, stopping_share, touch_s, .. } = self;
+        let Task { block, walls, springs, loads, on_walls, on_contacts, touches, rate_1_s2, .. } = task;
         let surface = &particles.surface;
         let mut lost = Dissipation::default();
         for encounter in &walls.encounters {
@@ -54,9 +54,12 @@ impl Bed<'_> {
                     reduced_inertia: sphere_inertia(body.mass, here.radius),
                     spring: Triple::from(if T::REMEMBERS { *springs.wall(entry) } else { Vec3::zeros() }),
                     step_s,
+                    stopping_share,
+                    touch_s,
                 };
                 let pair = particles.table.get(materials[i], particles.wall_materials[wall]);
                 let response = surface.respond(tangential, pair, &meeting);
+                **rate_1_s2 = rate_1_s2.max(response.rate_1_s2);
                 lost.contact_damping += response.damping_w;
                 lost.friction += response.friction_w;
                 lost.rolling += response.rolling_w;

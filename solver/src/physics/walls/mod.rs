@@ -79,6 +79,39 @@ impl Wall {
         format!("displacement of {} [m]", self.name)
     }
 
+    /// Farthest distance in m of its surface from the axis it turns about: infinite where the shape has no end, zero where it
+    /// turns into itself or does not turn.
+    #[must_use]
+    pub fn reach_m(&self) -> f64 {
+        match &self.motion {
+            Motion::Rotation { through_m, axis, .. } => self.shape.reach_m(&(*through_m).into(), &(*axis).into()),
+            _ => 0.0,
+        }
+    }
+
+    /// Bound of the speed in m/s at which its surface may meet particles between two instants in s, as it moves or turns into
+    /// them; a surface that slides along itself meets nobody. Of a pressed wall it is the speed it has.
+    ///
+    /// `reach_m` is [`Self::reach_m`]; `farthest_m` gives the farthest distance in m of a particle's surface from an axis through a
+    /// point.
+    #[must_use]
+    pub fn fastest_m_s(
+        &self,
+        during: [f64; 2],
+        state: &WallState,
+        reach_m: f64,
+        farthest_m: impl Fn(&Vec3, &Vec3) -> f64,
+    ) -> f64 {
+        match &self.motion {
+            Motion::Rotation { through_m, axis, speed_rad_s, during: turns } if turns.overlaps(during) => {
+                let (through, axis) = (Vec3::from(*through_m), Vec3::from(*axis));
+                if reach_m > 0.0 { speed_rad_s.abs() * reach_m.min(farthest_m(&through, &axis)) } else { 0.0 }
+            }
+            Motion::Pressed(_) => state.speed_m_s.abs(),
+            motion => motion.speed_m_s(during),
+        }
+    }
+
     /// Checks that its shape and motion are in their ranges.
     ///
     /// # Errors

@@ -79,6 +79,11 @@ impl During {
         if checks::reached(t_s, self.from_s) && !checks::reached(t_s, self.until_s) { 1.0 } else { 0.0 }
     }
 
+    /// Whether it lasts at some time between two instants, in s.
+    pub(super) fn overlaps(&self, [from_s, until_s]: [f64; 2]) -> bool {
+        self.from_s <= until_s && from_s <= self.until_s
+    }
+
     fn check(&self, wall: &str) -> Result<(), SolveError> {
         finite(wall, "the start of its motion", &[self.from_s])?;
         let after = format!("after its start, {} s", Shown(self.from_s));
@@ -122,17 +127,20 @@ impl Motion {
         }
     }
 
-    /// Largest speed of its set displacement, in m/s; zero where it turns, or a force moves it.
+    /// Largest speed of its set displacement between two instants in s, in m/s; zero where it turns, or a force moves it. Of an
+    /// oscillation it is that of a whole period.
     #[must_use]
-    pub fn speed_m_s(&self) -> f64 {
+    pub fn speed_m_s(&self, between: [f64; 2]) -> f64 {
         match self {
             Self::Path(Series { times_s, values }) => {
                 let ways = values.windows(2).map(|pair| (Vec3::from(pair[1]) - Vec3::from(pair[0])).norm());
-                ways.zip(times_s.windows(2)).map(|(way_m, pair)| way_m / (pair[1] - pair[0])).fold(0.0, f64::max)
+                let pieces =
+                    ways.zip(times_s.windows(2)).filter(|(_, pair)| pair[0] <= between[1] && between[0] <= pair[1]);
+                pieces.map(|(way_m, pair)| way_m / (pair[1] - pair[0])).fold(0.0, f64::max)
             }
-            Self::Constant { velocity_m_s, .. } => Vec3::from(*velocity_m_s).norm(),
+            Self::Constant { velocity_m_s, during } if during.overlaps(between) => Vec3::from(*velocity_m_s).norm(),
             Self::Oscillation { amplitude_m, frequency_hz, .. } => TAU * frequency_hz * Vec3::from(*amplitude_m).norm(),
-            Self::Fixed | Self::Rotation { .. } | Self::Pressed(_) => 0.0,
+            Self::Fixed | Self::Constant { .. } | Self::Rotation { .. } | Self::Pressed(_) => 0.0,
         }
     }
 
@@ -169,6 +177,8 @@ mod tests {
     use std::f64::consts::PI;
 
     use super::*;
+
+    const ALL_TIMES: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 
     fn motions() -> Vec<Motion> {
         let during = During { from_s: 0.2, until_s: 0.7 };
@@ -210,7 +220,21 @@ mod tests {
         for (motion, expected) in
             motions().iter().zip([0.0, 5.0f64.sqrt() / 0.3, 5.25f64.sqrt(), 0.0, 4.0 * 0.05f64.sqrt() * PI])
         {
-            assert!((motion.speed_m_s() - expected).abs() < 1e-14, "{motion:?}: {}", motion.speed_m_s());
+            let speed = motion.speed_m_s(ALL_TIMES);
+            assert!((speed - expected).abs() < 1e-14, "{motion:?}: {speed}");
+        }
+    }
+
+    #[test]
+    fn a_motion_is_as_fast_as_while_it_lasts() {
+        let [_, path, constant, ..] = &motions()[..] else { unreachable!() };
+        for (between, expected) in
+            [([0.0, 0.05], 0.0), ([0.2, 0.3], 5.0f64.sqrt() / 0.3), ([0.45, 0.9], 5.0), ([0.6, 0.9], 0.0)]
+        {
+            assert!((path.speed_m_s(between) - expected).abs() < 1e-14, "{between:?}");
+        }
+        for (between, expected) in [([0.0, 0.1], 0.0), ([0.1, 0.3], 5.25f64.sqrt()), ([0.8, 0.9], 0.0)] {
+            assert!((constant.speed_m_s(between) - expected).abs() < 1e-14, "{between:?}");
         }
     }
 

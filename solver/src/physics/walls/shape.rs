@@ -87,6 +87,34 @@ impl Shape {
         }
     }
 
+    /// Farthest distance in m of its surface from an axis through a point; infinite where it has no end, and zero where turning
+    /// about the axis turns it into itself.
+    #[must_use]
+    pub(super) fn reach_m(&self, through: &Vec3, axis: &Vec3) -> f64 {
+        let off_axis = |point: Vec3| axis.cross(&(point - through)).norm();
+        // Rounding of directions given in decimals.
+        let along = |direction: [f64; 3]| axis.cross(&Vec3::from(direction)).norm() < 1e-9;
+        match self {
+            Self::Plane(plane) if along(plane.normal) => 0.0,
+            Self::Plane(_) | Self::Box { .. } => f64::INFINITY,
+            Self::Cylinder(cylinder) => {
+                let near = Vec3::from(cylinder.through_m);
+                if along(cylinder.axis) && off_axis(near) <= 1e-9 * cylinder.radius_m {
+                    return 0.0;
+                }
+                let ends = cylinder.length_m.map(|length_m| [near, near + Vec3::from(cylinder.axis) * length_m]);
+                ends.map_or(f64::INFINITY, |ends| {
+                    ends.map(off_axis).into_iter().fold(0.0, f64::max) + cylinder.radius_m
+                })
+            }
+            Self::Mesh(mesh) => {
+                let [lower, upper] = mesh.bounds();
+                let corner = |index: usize| Vec3::from_fn(|k, _| if index >> k & 1 == 0 { lower[k] } else { upper[k] });
+                (0..8).map(|index| off_axis(corner(index))).fold(0.0, f64::max)
+            }
+        }
+    }
+
     /// Triangles to draw, as corners in m in the wall's own frame. What is infinite is cut to about the box between the
     /// corners `lower_m` and `upper_m`.
     #[must_use]
