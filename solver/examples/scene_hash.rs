@@ -3,6 +3,9 @@
 //!
 //!     cargo run --release -p stagger-solver --example scene_hash -- tests/scenes/hashes.txt scenes [SCENE]
 
+// An example's results go to its standard output.
+#![allow(clippy::print_stdout)]
+
 use std::{collections::BTreeMap, env, error::Error, fs, path::Path, process::ExitCode};
 
 use stagger_messages::{Decision, Ready, codec};

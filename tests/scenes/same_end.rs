@@ -7,7 +7,7 @@ use prost::Message as _;
 use stagger_messages::{Checkpoint, Decision, Fields, Ready, Verdict};
 use stagger_nodes::{
     roster::{Runs, participant, roster},
-    scene_files,
+    scene_files::SceneFile,
 };
 use stagger_solver::{
     coupling::{self, Course, End, InProcess, Observer, Outcome, Participant},
@@ -77,7 +77,7 @@ fn check(name: &str) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes").join(name);
     let (key, value) = shortened.set.split_once('=').unwrap();
     let overrides = [(key.to_owned(), value.to_owned())];
-    let scene = scene_files::parse(&std::fs::read_to_string(&path).unwrap(), &path, &overrides, None).unwrap();
+    let scene = SceneFile::read(&path).unwrap().parse(&overrides, None).unwrap();
 
     let straight = run(&scene, None, None, None);
     let repeated = run(&scene, NonZeroU64::new(3), None, None);

@@ -36,4 +36,4 @@ pub use precedent::Precedent;
 pub use rates::{Clocks, Rates, Turn, readers};
 pub use reach::out_of_reach;
 pub use settings::{Acceleration, FieldSettings, Order, Settings, StepSize};
-pub use step_control::{ControlError, Outcome, Progress, StepControl};
+pub use step_control::{ControlError, OtherRows, Outcome, Progress, StepControl};

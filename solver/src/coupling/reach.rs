@@ -56,7 +56,7 @@ mod tests {
             same_iteration,
             ..Source::default()
         };
-        let node = |node: &str, source| NodePlan { node: node.into(), sources: vec![source], ..NodePlan::default() };
+        let node = |node: &str, source| NodePlan { node: node.into(), sources: vec![source] };
         let nodes = vec![node("a", source("b", "y", false)), node("b", source("a", "x", true))];
         Plan { nodes, order: vec!["a".into(), "b".into()], ..Plan::default() }
     }

@@ -75,28 +75,8 @@ pub enum ControlError {
         message: String,
     },
     /// Fields on the same rows do not have as many.
-    #[error(
-        "node `{node}` wrote {rows} rows of `{field}` on `{support}`, but `{other_field}` of node `{other}` has {other_rows}, both of \
-         revision {revision}: every field on `{support}` has a row for each of them; look at what a node of your own writes"
-    )]
-    Rows {
-        /// The node.
-        node: String,
-        /// Its field.
-        field: String,
-        /// Rows it has.
-        rows: u64,
-        /// What they stand on.
-        support: String,
-        /// Its revision.
-        revision: u64,
-        /// The other node.
-        other: String,
-        /// Its field.
-        other_field: String,
-        /// Rows that has.
-        other_rows: u64,
-    },
+    #[error(transparent)]
+    Rows(Box<OtherRows>),
     /// A trial is needed that the earlier run did not ask for, whose recorded nodes take part.
     #[error(
         "{wanted} is needed, but was never recorded: {why}. Loosen coupling.tolerance of the field, run more of the nodes \
@@ -108,6 +88,31 @@ pub enum ControlError {
         /// Why it is needed, in words.
         why: String,
     },
+}
+
+/// Fields of two nodes on the same rows that do not have as many.
+#[derive(Debug, Clone, thiserror::Error, PartialEq)]
+#[error(
+    "node `{node}` wrote {rows} rows of `{field}` on `{support}`, but `{other_field}` of node `{other}` has {other_rows}, both of \
+     revision {revision}: every field on `{support}` has a row for each of them; look at what a node of your own writes"
+)]
+pub struct OtherRows {
+    /// The node.
+    pub node: String,
+    /// Its field.
+    pub field: String,
+    /// Rows it has.
+    pub rows: u64,
+    /// What they stand on.
+    pub support: String,
+    /// Its revision.
+    pub revision: u64,
+    /// The other node.
+    pub other: String,
+    /// Its field.
+    pub other_field: String,
+    /// Rows that has.
+    pub other_rows: u64,
 }
 
 /// The adaptive step: accept, iterate or reject, and the size of the next window (Zohdi 2018, section 6.4).

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use stagger_messages::{Done, Energy, Failure, Fields, Ready, Rows, shown_name};
 
-use super::{ControlError, Frozen, Outcome};
+use super::{ControlError, Frozen, OtherRows, Outcome};
 use crate::SolveError;
 
 /// Looks at the replies of one iteration. One with an energy or a figure that is not finite becomes a failure that a smaller
@@ -75,7 +75,7 @@ fn rows(outcomes: &[Outcome]) -> Result<(), ControlError> {
             let (other, there) = *known.entry((&support.name, support.revision)).or_insert((node, rows));
             let count = there.support.as_ref().map_or(0, |support| support.count);
             if count != support.count {
-                return Err(ControlError::Rows {
+                return Err(ControlError::Rows(Box::new(OtherRows {
                     node: node.clone(),
                     field: rows.field.clone(),
                     rows: support.count,
@@ -84,7 +84,7 @@ fn rows(outcomes: &[Outcome]) -> Result<(), ControlError> {
                     other: other.into(),
                     other_field: there.field.clone(),
                     other_rows: count,
-                });
+                })));
             }
         }
     }

@@ -15,6 +15,7 @@ mod files;
 mod groups;
 mod key;
 mod materials;
+mod node_values;
 mod nodes;
 mod optics;
 mod over_temperature;

@@ -2,7 +2,7 @@
 
 use super::{
     key::{Kind, Range},
-    reader::{Mismatch, mismatch, show, si_value},
+    node_values::{Mismatch, mismatch, show, si_value},
     tree::{Item, Node},
     units::{Quantity, TEMPERATURE},
 };

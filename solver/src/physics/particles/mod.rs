@@ -74,7 +74,6 @@ use self::{
     contact::{Law, Normal as _, Surface},
     contact_list::{ContactPorts, Snapshot},
     forces::{At, Evaluator},
-    hertz::Hertz,
     lists::Lists,
     monograph_bond::MonographBond,
     neighbours::NeighbourList,
@@ -167,7 +166,7 @@ impl Particles {
                 power: law.power(),
             },
             table,
-            softening: settings.materials.iter().map(|material| softening(&settings, material)).collect(),
+            softening: settings.materials.iter().map(|material| Softening::of(&settings, material)).collect(),
             gravity: Vec3::from(settings.gravity_m_s2),
             surfaces: settings.walls.iter().map(|wall| WallSurface::new(&wall.shape, law.power())).collect(),
             wall_reaches_m: settings.walls.iter().map(Wall::reach_m).collect(),
@@ -505,25 +504,6 @@ struct Rows {
     bonds: Bonds,
     /// As in [`State`].
     sunk_m: Vec<f64>,
-}
-
-/// Softening of the modulus of a material.
-fn softening(settings: &Settings, material: &Material) -> Softening {
-    let contact = &settings.contact;
-    let (stiffness, factor) = match contact.law {
-        ContactLaw::Overlap { stiffness_pa, .. } => (stiffness_pa, 1.0),
-        ContactLaw::Hertz { young_pa, poisson } => (young_pa, Hertz::modulus(1.0, material.poisson.unwrap_or(poisson))),
-        ContactLaw::Linear { stiffness_n_m } => (stiffness_n_m, 1.0),
-    };
-    // A material of its own stiffness softens to the same share of it.
-    let own = material.stiffness.unwrap_or(stiffness);
-    let floor = contact.softening_floor_pa * own / stiffness;
-    Softening {
-        reference_modulus: own * factor,
-        rate: contact.softening_rate,
-        reference_k: contact.softening_reference_k,
-        floor_modulus: floor * factor,
-    }
 }
 
 impl Physics for Particles {

@@ -1,3 +1,4 @@
+use super::{ContactLaw, Material, Settings, hertz::Hertz};
 use crate::math;
 
 /// Thermal softening K(θ) = max(K_0 e^{−a(θ/θ* − 1)}, K_lim) (Zohdi 2018, eqs. 6.33, 7.2).
@@ -14,6 +15,26 @@ pub(super) struct Softening {
 }
 
 impl Softening {
+    /// Softening of the modulus of a material; one of its own stiffness softens to the same share of it.
+    pub fn of(settings: &Settings, material: &Material) -> Self {
+        let contact = &settings.contact;
+        let (stiffness, factor) = match contact.law {
+            ContactLaw::Overlap { stiffness_pa, .. } => (stiffness_pa, 1.0),
+            ContactLaw::Hertz { young_pa, poisson } => {
+                (young_pa, Hertz::modulus(1.0, material.poisson.unwrap_or(poisson)))
+            }
+            ContactLaw::Linear { stiffness_n_m } => (stiffness_n_m, 1.0),
+        };
+        let own = material.stiffness.unwrap_or(stiffness);
+        let floor = contact.softening_floor_pa * own / stiffness;
+        Self {
+            reference_modulus: own * factor,
+            rate: contact.softening_rate,
+            reference_k: contact.softening_reference_k,
+            floor_modulus: floor * factor,
+        }
+    }
+
     /// The modulus at `temperature_k`.
     #[inline]
     pub fn stiffness(&self, temperature_k: f64) -> f64 {
