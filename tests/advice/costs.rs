@@ -43,13 +43,13 @@ fn fields_that_nobody_reads_are_not_sent() {
         // Alone, nobody reads the particles: nothing is sent, and everything where a recorder listens.
         let (alone, _, hash, iterations) = exchanged("falling-powder", &["--no-record"]);
         assert_eq!(alone, [Some(0), Some(0)]);
-        let (heard, _, same, _) = exchanged("falling-powder", &["--record", "r.mcap"]);
+        let (heard, _, same, _) = exchanged("falling-powder", &["--record", "r.mcap", "--overwrite"]);
         assert!(heard[0] >= Some(iterations), "{heard:?} in {iterations} iterations");
         assert_eq!(hash, same);
         // Of five fields the laser writes, one is read: absorbed_power.
         let (_, optics, hash, iterations) = exchanged("quick", &["--no-record"]);
         assert_eq!(optics[0], Some(iterations));
-        let (_, recorded, same, _) = exchanged("quick", &["--record", "r.mcap"]);
+        let (_, recorded, same, _) = exchanged("quick", &["--record", "r.mcap", "--overwrite"]);
         assert_eq!(recorded[0], Some(4 * iterations));
         assert_eq!(hash, same);
     }

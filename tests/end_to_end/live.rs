@@ -49,7 +49,8 @@ fn whoever_joins_late_sees_every_field_as_it_is_and_changes_nothing() {
     let about = link.ask(&keys::manifest(&name, "coordinator"), Duration::from_secs(5)).unwrap();
     let info: RunInfo = serde_json::from_slice(&about[0].payload).unwrap();
     let file = std::fs::File::create(&late).unwrap();
-    let recorder = Recorder::create(file, &info, RecorderOptions::default()).unwrap();
+    let options = RecorderOptions { joined: true, ..RecorderOptions::default() };
+    let recorder = Recorder::create(file, &info, options).unwrap();
     let following = follow(&link, &name, recorder.sender(), || panic!("the file is full")).unwrap();
     let summary = json(&run.wait_with_output().unwrap());
     drop(following);

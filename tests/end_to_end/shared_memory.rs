@@ -11,7 +11,11 @@ fn limited(place: &Workplace, limit_kb: &str) -> Command {
                   if [ $(id -u) = 0 ]; then exec setpriv --bounding-set -ipc_lock \"$@\"; else exec \"$@\"; fi";
     let mut command = Command::new("sh");
     command.args(["-c", script, limit_kb]).arg(stagger().get_program());
-    command.arg("run").arg(&place.scene).args(["--json", "--record", "limited.mcap"]).current_dir(place.path(""));
+    command
+        .arg("run")
+        .arg(&place.scene)
+        .args(["--json", "--record", "limited.mcap", "--overwrite"])
+        .current_dir(place.path(""));
     command
 }
 

@@ -73,10 +73,11 @@ fn an_insulator_takes_nothing_and_a_bad_conductor_what_two_half_spaces_in_series
     for other_w_m_k in [0.0, 1.0, 40.0, 400.0] {
         let [other_k, metal_k] = run(folder.path(), other_w_m_k, &[]);
         let [exact_metal_k, exact_other_k] = exact(other_w_m_k);
-        // The trapezoidal rule in steps of 0.5 µs: λ³ T Δt²/12 of the difference, λ ~ 6e2/s.
+        // The trapezoidal rule in steps of 0.5 µs: λ³ T Δt²/12 of the difference, λ ~ 6e2/s, and of a temperature that begins to
+        // rise with the square of time some times that share.
         for (found, exact) in [(metal_k, exact_metal_k), (other_k, exact_other_k)] {
             assert!(
-                (found - exact).abs() < 1e-6 * (exact - 300.0) + 1e-10,
+                (found - exact).abs() < 3e-6 * (exact - 300.0) + 1e-10,
                 "{other_w_m_k}: {found} instead of {exact}"
             );
         }

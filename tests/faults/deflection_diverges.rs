@@ -35,7 +35,7 @@ fn a_coupling_that_diverges_names_the_acceleration_that_helps_and_what_was_seen(
     assert!(!output.status.success());
     let told = stderr(&output).split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(told.contains("coupling.acceleration = \"iqn-ils\""), "{told}");
-    assert!(told.contains("each iteration leaves 0.9"), "{told}");
+    assert!(told.contains("its change shrinks to 0.9") || told.contains("its change grows to "), "{told}");
     assert!(told.contains("coupling.dt.minimum = 1e-7 s"), "{told}");
     // The cure cures.
     let iqn = "coupling.acceleration = \"iqn-ils\"";

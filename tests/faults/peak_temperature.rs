@@ -52,7 +52,9 @@ fn peak_k(folder: &Path, sets: &[&str]) -> (f64, serde_json::Value) {
     assert!(exported.status.success(), "{}", stderr(&exported));
     let table = std::fs::read_to_string(folder.join("series/scalars.csv")).unwrap();
     let mut lines = table.lines();
-    let column = lines.next().unwrap().split(',').position(|name| name == "field temperature: max [K]").unwrap();
+    // Names with a comma stand between quotes; what is within those is no column of its own.
+    let names: String = lines.next().unwrap().split('"').step_by(2).collect::<Vec<_>>().join("quoted");
+    let column = names.split(',').position(|name| name == "field temperature: max [K]").unwrap();
     let cells = lines.filter_map(|line| line.split(',').nth(column)?.parse::<f64>().ok());
     (cells.fold(0.0, f64::max), serde_json::from_slice(&output.stdout).unwrap())
 }

@@ -17,7 +17,7 @@ temperature = 300
 [thermal]
 phases = { melting-band = 0 }
 [optics]
-power = "8 W"
+power = "80 W"
 absorption = "5e4 1/m"
 profile = { kind = "gaussian", radius = "200 um" }
 path = { kind = "fixed", at = [0, 0, 0] }

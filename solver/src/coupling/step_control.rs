@@ -292,7 +292,8 @@ impl StepControl {
                 decision.reason = match own {
                     Verdict::Reject if broken => format!("the change of `{field}` is not finite{worst}"),
                     Verdict::Reject => {
-                        format!("`{field}` did not converge in {} iterations{worst}{far}", version.iteration)
+                        let rate = rate(decision.contraction);
+                        format!("`{field}` did not converge in {} iterations{rate}{worst}{far}", version.iteration)
                     }
                     _ => "it was rejected in the run that is followed".into(),
                 };
@@ -478,6 +479,16 @@ impl StepControl {
         if !decision.factor.is_finite() {
             decision.factor = 0.0;
         }
+    }
+}
+
+/// How an iteration went by its contraction rate, in words; nothing where it is not known.
+fn rate(contraction: f64) -> String {
+    if contraction > 0.0 && contraction.is_finite() {
+        let course = if contraction < 1.0 { "shrinks" } else { "grows" };
+        format!(": its change {course} to {contraction:.3} of itself from one to the next")
+    } else {
+        String::new()
     }
 }
 

@@ -82,9 +82,8 @@ use self::{
     pair_table::PairTable,
     register::Register,
     softening::Softening,
-    springs::Springs,
     start::Placed,
-    state::{Advanced, Forces, Motion, Trial},
+    state::{Advanced, Forces, Motion, Rows, Trial},
     substep::{Hardest, TimeScales},
     trapezoidal::Trapezoidal,
 };
@@ -492,18 +491,6 @@ impl Particles {
         reply.figures.insert("largest overlap over radius".into(), deepest);
         Ok(reply)
     }
-}
-
-/// Particles with what belongs to them, in memory order.
-struct Rows {
-    bodies: Bodies,
-    motion: Motion,
-    moduli: Vec<f64>,
-    lists: Lists,
-    springs: Vec<Springs>,
-    bonds: Bonds,
-    /// As in [`State`].
-    sunk_m: Vec<f64>,
 }
 
 impl Physics for Particles {

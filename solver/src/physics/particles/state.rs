@@ -247,3 +247,15 @@ pub(super) struct Advanced {
     /// Evaluations of all forces.
     pub evaluations: u32,
 }
+
+/// Particles with what belongs to them, in memory order.
+pub(super) struct Rows {
+    pub bodies: Bodies,
+    pub motion: Motion,
+    pub moduli: Vec<f64>,
+    pub lists: Lists,
+    pub springs: Vec<Springs>,
+    pub bonds: Bonds,
+    /// As in [`State`].
+    pub sunk_m: Vec<f64>,
+}

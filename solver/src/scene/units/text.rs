@@ -1,10 +1,12 @@
 //! Texts with units: `"25 um"`, `"15 W/(m K)"`, `"1.8e-5 Pa s"`, read into SI.
 //!
-//!     text     = number [ unit ]
-//!     number   = [ sign ] digits with one point at most [ "e" [ sign ] digits ]
-//!     unit     = [ "/" | "*" ] factor { [ "/" | "*" | blanks ] factor }
-//!     factor   = ( symbol | "(" unit ")" ) [ power ] | "1", where a "/" follows
-//!     power    = digit from 1 to 9 | "^" [ "-" ] digit from 1 to 9 | "²" | "³"
+//! ```text
+//! text     = number [ unit ]
+//! number   = [ sign ] digits with one point at most [ "e" [ sign ] digits ]
+//! unit     = [ "/" | "*" ] factor { [ "/" | "*" | blanks ] factor }
+//! factor   = ( symbol | "(" unit ")" ) [ power ] | "1", where a "/" follows
+//! power    = digit from 1 to 9 | "^" [ "-" ] digit from 1 to 9 | "²" | "³"
+//! ```
 //!
 //! A second number is never a part of the unit: `1 121 um` is refused, not read as 1 um.
 
