@@ -169,7 +169,7 @@ pub fn complex_ln(z: Complex<f64>) -> Complex<f64> {
     Complex::new(ln(hypot(z.re, z.im)), atan2(z.im, z.re))
 }
 
-/// The turn by an angle in rad around an axis (Rodrigues' formula): R = cos I + sin [a]ₓ + (1 − cos) a aᵀ.
+/// The turn by an angle in rad around an axis (Rodrigues' formula): `R = cos I + sin [a]ₓ + (1 − cos) a aᵀ`.
 #[must_use]
 pub fn rotation(axis: Unit<Vector3<f64>>, angle: f64) -> Rotation3<f64> {
     let (sine, cosine) = sin_cos(angle);
