@@ -4,6 +4,9 @@ use crate::math;
 
 /// Rows whose norms are taken together: square roots of neighbours cost the processor little more than one.
 const LANES: usize = 8;
+/// Between these sums of norms, no square that matters to them has left the normal numbers.
+const SMALL: f64 = 1e-130;
+const LARGE: f64 = 1e130;
 
 /// Sums over rows that the relative change of a field is made of (Zohdi 2018, eq. 6.48); only those its measure asks
 /// for, the others stay 0.
@@ -37,7 +40,30 @@ fn on_rows_of<'o>(field: &Field, other: &'o Field) -> Result<Option<&'o [f64]>, 
 }
 
 /// Sum over rows of the norm of `a` − `b` (of `a` where there is no `b`), and the row where it is largest.
+///
+/// Squares of numbers below 1e-154 or above 1e154 are no normal numbers: sums near these are taken again of numbers
+/// brought near 1 by a power of two, which changes no digit.
 fn distance(a: &[f64], b: Option<&[f64]>, components: usize) -> (f64, usize) {
+    let result = unscaled(a, b, components);
+    if (SMALL..=LARGE).contains(&result.0) {
+        return result;
+    }
+    let differences: Vec<f64> = match b {
+        Some(b) => a.iter().zip(b).map(|(a, b)| a - b).collect(),
+        None => a.to_vec(),
+    };
+    let largest = differences.iter().fold(0.0_f64, |largest, difference| largest.max(difference.abs()));
+    if largest == 0.0 || !largest.is_finite() {
+        return result;
+    }
+    // The exponent's bits alone; a number below the normal ones has none.
+    let scale = f64::from_bits(largest.to_bits() & f64::INFINITY.to_bits()).max(f64::MIN_POSITIVE);
+    let scaled: Vec<f64> = differences.iter().map(|difference| difference / scale).collect();
+    let (sum, worst) = unscaled(&scaled, None, components);
+    (sum * scale, worst)
+}
+
+fn unscaled(a: &[f64], b: Option<&[f64]>, components: usize) -> (f64, usize) {
     match components {
         1 => rows::<1>(a, b),
         2 => rows::<2>(a, b),
@@ -156,6 +182,21 @@ mod tests {
             // A thousand terms of about ten, summed in another order.
             assert!((sums.magnitude - expected).abs() < 1e-9, "{components} components");
             assert!((sums.change - expected).abs() < 1e-9, "{components} components");
+        }
+    }
+
+    #[test]
+    fn what_is_very_small_or_large_is_measured_as_what_is_not() {
+        for components in [1, 2, 3, 4] {
+            let values: Vec<f64> = (0..12 * components).map(|i| f64::from(i % 7) - 3.0).collect();
+            let halves: Vec<f64> = values.iter().map(|value| 0.5 * value).collect();
+            for scale in [1.0, 2f64.powi(-1000), 2f64.powi(1000)] {
+                let scaled = |values: &[f64]| -> Vec<f64> { values.iter().map(|value| value * scale).collect() };
+                let new = field(components, Measure::Magnitude, &scaled(&values));
+                let old = field(components, Measure::Magnitude, &scaled(&halves));
+                let sums = change(&new, &old, &old).unwrap();
+                assert_eq!(relative(&sums, Measure::Magnitude), 0.5, "{components} components at {scale:e}");
+            }
         }
     }
 
