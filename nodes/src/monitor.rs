@@ -135,7 +135,7 @@ impl Monitor {
         Ok(())
     }
 
-    fn book(&mut self, node: &str, done: &Done, accepted: bool) {
+    fn book(&mut self, node: &str, done: &Done, accepted_s: Option<f64>) {
         let work = self.nodes.entry(node.into()).or_default();
         if done.reused {
             work.reused += 1;
@@ -147,9 +147,9 @@ impl Monitor {
         work.exchanges += u64::from(done.fields);
         work.bytes += done.bytes;
         work.refused = done.refused;
-        if accepted {
+        if let Some(t_s) = accepted_s {
             work.figures = done.figures.clone().into_iter().collect();
-            self.ledger.book(node, &done.ledger);
+            self.ledger.book_until(node, &done.ledger, t_s);
         }
     }
 
@@ -210,7 +210,7 @@ impl Observer for Monitor {
         let accepted = decision.verdict() == Verdict::Accept;
         for outcome in outcomes {
             if let Ok(done) = &outcome.result {
-                self.book(&outcome.node, done, accepted);
+                self.book(&outcome.node, done, accepted.then_some(decision.t_s));
             }
         }
         let steps = &mut self.steps;

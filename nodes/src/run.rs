@@ -241,6 +241,7 @@ fn go(
         bytes: monitor.nodes.values().map(|work| work.bytes).sum(),
         refused: refused + monitor.nodes.values().map(|work| work.refused).sum::<u64>(),
         imbalance: monitor.ledger.imbalances(),
+        on_the_way: monitor.ledger.on_the_way(),
         ledger: monitor.ledger.nodes().clone(),
         steps: monitor.steps,
         nodes: monitor.nodes,

@@ -41,6 +41,9 @@ pub struct Summary {
     pub ledger: BTreeMap<String, Account>,
     /// Imbalance of each node and each exchange, as a share of the energy turned over.
     pub imbalance: BTreeMap<String, f64>,
+    /// Energy between two nodes that solve at different rates, given by the one and not yet taken by the other, in J.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub on_the_way: BTreeMap<String, f64>,
     /// Every field at the end.
     pub fields: Vec<FinalField>,
     /// Nodes that died and were started again.
@@ -236,6 +239,9 @@ impl Summary {
             for (name, joule) in &account.lost {
                 writeln!(f, "  {:<34} {joule:>14.6e}  went out", format!("{node}: {name}"))?;
             }
+        }
+        for (what, joule) in &self.on_the_way {
+            writeln!(f, "  {:<34} {joule:>14.6e}  given and not yet taken", format!("on the way of {what}"))?;
         }
         for (what, share) in &self.imbalance {
             writeln!(f, "  {:<34} {share:>14.1e}  of the energy turned over", format!("imbalance of {what}"))?;

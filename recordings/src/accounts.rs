@@ -11,7 +11,8 @@ use stagger_solver::coupling::{Ledger, ledger_at};
 pub struct Accounts {
     done: BTreeMap<String, (Version, Done)>,
     decided: Version,
-    accepted: Option<Version>,
+    /// The version accepted last and the end of its step, in s.
+    accepted: Option<(Version, f64)>,
     iterations: u64,
     ledger: Ledger,
 }
@@ -49,8 +50,8 @@ impl Accounts {
                 let done = Done { ledger: ledger(&done.ledger), figures, ..done.clone() };
                 let known = self.done.get(node).is_some_and(|(last, _)| *last == version);
                 // A physics that only reads is solved after the step is accepted.
-                if self.accepted == Some(version) && !known {
-                    self.ledger.book(node, &done.ledger);
+                if let Some((_, t_s)) = self.accepted.filter(|(accepted, _)| *accepted == version && !known) {
+                    self.ledger.book_until(node, &done.ledger, t_s);
                 }
                 self.done.insert(node.into(), (version, done));
             }
@@ -76,9 +77,9 @@ impl Accounts {
         let about = self.done.iter().filter(|(_, (reported, _))| *reported == version);
         let reports: BTreeMap<_, _> = about.map(|(node, (_, done))| (node.clone(), done.clone())).collect();
         if decision.verdict() == Verdict::Accept {
-            self.accepted = Some(version);
+            self.accepted = Some((version, decision.t_s));
             for (node, done) in &reports {
-                self.ledger.book(node, &done.ledger);
+                self.ledger.book_until(node, &done.ledger, decision.t_s);
             }
         }
         Some(Outcome { decision: decision.clone(), version, iteration: self.iterations, reports })

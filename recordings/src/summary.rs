@@ -73,6 +73,9 @@ pub struct Summary {
     pub topics: BTreeMap<String, TopicSummary>,
     /// Imbalance of each node and of each exchange between two, as a share of the energy turned over.
     pub imbalance: BTreeMap<String, f64>,
+    /// Energy between two nodes that solve at different rates, given by the one and not yet taken by the other, in J.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub on_the_way: BTreeMap<String, f64>,
     /// Messages refused by the nodes: foreign run, old epoch, other schema, malformed.
     pub refused: u64,
     /// Messages that were sent but not recorded; `None` where the recording was not closed.
@@ -182,6 +185,7 @@ impl Summary {
         summary.contraction = (count > 0).then(|| rates / count as f64);
         summary.iterations = tally.accounts.iterations();
         summary.imbalance = tally.accounts.ledger().imbalances();
+        summary.on_the_way = tally.accounts.ledger().on_the_way();
         for (node, ledger) in tally.accounts.ledger().nodes() {
             summary.nodes.entry(node.clone()).or_default().ledger = ledger.clone();
         }

@@ -131,6 +131,9 @@ impl Summary {
             return Ok(());
         }
         table(f, &["energy of", "name", "kind", "amount"], rows)?;
+        for (what, joule) in &self.on_the_way {
+            writeln!(f, "  on the way of {what}: {}, given and not yet taken", quantity(*joule, "J"))?;
+        }
         for (what, share) in &self.imbalance {
             writeln!(f, "  imbalance of {what}: {share:.1e} of the energy turned over")?;
         }

@@ -54,11 +54,16 @@ fn light_for_particles_that_have_boiled_is_booked_however_seldom_it_is_computed(
         let ledger = &summary["ledger"];
         let missed_j = ledger["thermal"]["lost"]["missed"].as_f64().unwrap();
         let absorbed_j = ledger["optics"]["lost"]["absorbed"].as_f64().unwrap();
+        let between = summary["imbalance"]["absorbed: optics to thermal"].as_f64().unwrap();
+        assert!(between.abs() < 1e-12, "every {every}, from optics to thermal: {between:e}");
         // Light found at the end of so many steps holds for the next ones: what is on the way is the beam's in that time at most,
-        // where it is switched on and where the run ends. Nothing else may be open.
+        // where it is switched on and where the run ends.
         let taken_j = ledger["thermal"]["gained"]["absorbed"].as_f64().unwrap();
         let on_the_way_j = 2.0 * f64::from(every - 1) * 20e-6 * 300.0 + 1e-12 * absorbed_j;
         assert!((taken_j - absorbed_j).abs() <= on_the_way_j, "every {every}: {taken_j} J of {absorbed_j} J");
+        let told_j = summary["on_the_way"]["absorbed: optics to thermal"].as_f64().unwrap_or(0.0);
+        assert!((told_j - (absorbed_j - taken_j)).abs() <= 1e-12 * absorbed_j, "every {every}: {told_j} J are told of");
+        assert!(every == 1 || told_j != 0.0, "every {every}: nothing is on its way");
         assert!(summary["nodes"]["thermal"]["figures"]["vapourised particles"].as_f64().unwrap() > 5.0, "little boils");
         missed.push(missed_j / absorbed_j);
     }

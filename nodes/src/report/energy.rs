@@ -43,6 +43,13 @@ pub fn energy(gathered: &Gathered) -> String {
         1,
         &imbalances.iter().map(row).collect::<Vec<_>>(),
     );
+    let on_the_way = gathered.ledger.on_the_way();
+    if !on_the_way.is_empty() {
+        let row = |(what, joule): (&String, &f64)| {
+            vec![escape(what), data(&format!("on_the_way.{what}"), joule, &quantity(*joule, "J"))]
+        };
+        text += &table(&["given and not yet taken", "energy"], 1, &on_the_way.iter().map(row).collect::<Vec<_>>());
+    }
     let chart = |(node, curves): (&String, &BTreeMap<String, Thinned>)| {
         let moving = curves.iter().map(|(name, curve)| (name.replace('_', " "), curve.points()));
         // What stays zero throughout would only crowd the legend.

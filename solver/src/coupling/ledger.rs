@@ -6,6 +6,8 @@ use stagger_messages::{
     energy::Kind::{self, Gained, Lost, Stored},
 };
 
+use super::on_the_way::OnTheWay;
+
 /// Share of the energies in a balance that counts as turned over where less is: sums of as many terms as a bed has particles
 /// are not known to more digits, and what they are rounded by is no fault.
 const RESOLVED: f64 = 1e-12;
@@ -14,10 +16,11 @@ const RESOLVED: f64 = 1e-12;
 ///
 /// A node's stored energy changes by what it gains less what it loses; what is left over is its imbalance. An amount
 /// that one node loses and another gains under the same name crosses between them; the difference of the two sums is
-/// that exchange's imbalance.
+/// that exchange's imbalance, less what is on its way between nodes that solve at rates of their own.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, PartialEq)]
 pub struct Ledger {
     nodes: BTreeMap<String, Account>,
+    on_the_way: OnTheWay,
 }
 
 /// One node's part of the ledger, in J.
@@ -112,6 +115,12 @@ impl Ledger {
         }
     }
 
+    /// Books one accepted window of a node that is one of several; the window ends at `t_s`, in s.
+    pub fn book_until(&mut self, node: &str, entries: &[Energy], t_s: f64) {
+        self.on_the_way.book(node, entries, t_s);
+        self.book(node, entries);
+    }
+
     /// Books one accepted window of a node.
     pub fn book(&mut self, node: &str, entries: &[Energy]) {
         let account = self.nodes.entry(node.into()).or_default();
@@ -143,6 +152,25 @@ impl Ledger {
             .iter()
             .map(|(node, account)| (node.clone(), relative(account.imbalance(), account.turned_over())))
             .collect();
+        for (between, name, [givers, takers]) in self.exchanges() {
+            let sum = |sides: &[Side<'_>]| sides.iter().map(|side| side.joule).sum::<f64>();
+            let moved = |sides: &[Side<'_>]| sides.iter().map(|side| side.moved).sum::<f64>();
+            let imbalance = sum(&takers) - sum(&givers) + self.on_the_way.joule(name);
+            result.insert(between, relative(imbalance, moved(&givers).max(moved(&takers))));
+        }
+        result
+    }
+
+    /// Energy that its writer has given and its reader has not taken yet, as `"name: givers to takers"`, in J: only between nodes
+    /// of which one solves in every n-th step. It may be negative, where a reader went on with a power that has fallen since.
+    #[must_use]
+    pub fn on_the_way(&self) -> BTreeMap<String, f64> {
+        let exchanges = self.exchanges().into_iter();
+        exchanges.map(|(between, name, _)| (between, self.on_the_way.joule(name))).filter(|(_, j)| *j != 0.0).collect()
+    }
+
+    /// What one side loses and another gains: `"name: givers to takers"`, its name, givers and takers.
+    fn exchanges(&self) -> Vec<(String, &str, [Vec<Side<'_>>; 2])> {
         let mut exchanges: BTreeMap<&str, [Vec<Side<'_>>; 2]> = BTreeMap::new();
         for (node, account) in &self.nodes {
             let sides = [(&account.lost, &account.ranges.lost), (&account.gained, &account.ranges.gained)];
@@ -153,17 +181,9 @@ impl Ledger {
                 }
             }
         }
-        for (name, [givers, takers]) in exchanges {
-            if givers.is_empty() || takers.is_empty() {
-                continue;
-            }
-            let names = |sides: &[Side<'_>]| sides.iter().map(|side| side.node).collect::<Vec<_>>().join(" and ");
-            let sum = |sides: &[Side<'_>]| sides.iter().map(|side| side.joule).sum::<f64>();
-            let moved = |sides: &[Side<'_>]| sides.iter().map(|side| side.moved).sum::<f64>();
-            let between = format!("{name}: {} to {}", names(&givers), names(&takers));
-            result.insert(between, relative(sum(&takers) - sum(&givers), moved(&givers).max(moved(&takers))));
-        }
-        result
+        let names = |sides: &[Side<'_>]| sides.iter().map(|side| side.node).collect::<Vec<_>>().join(" and ");
+        let both = exchanges.into_iter().filter(|(_, sides)| sides.iter().all(|side| !side.is_empty()));
+        both.map(|(name, sides)| (format!("{name}: {} to {}", names(&sides[0]), names(&sides[1])), name, sides)).collect()
     }
 }
 
@@ -235,5 +255,32 @@ mod tests {
         assert_eq!(ledger.imbalances()["absorbed: optics to thermal"], 1.0 / 4.0);
         ledger.book("second", &[Energy::gained("laser", 1.0), Energy::lost("absorbed", 1.0)]);
         assert_eq!(ledger.imbalances()["absorbed: optics and second to thermal"], 0.0);
+    }
+
+    #[test]
+    fn what_a_reader_has_not_taken_yet_is_on_its_way_and_no_imbalance() {
+        let given = |joule| [Energy::lost("absorbed", joule)];
+        let taken = |joule| [Energy::gained("absorbed", joule)];
+        let mut ledger = Ledger::default();
+        // A laser that solves in every third step: 2 W for 3 s, then 4 W for 3 s. Heat takes 0, 0, 2, 2, 2, 4 W.
+        for (t_s, watt) in [(1.0, 0.0), (2.0, 0.0), (3.0, 2.0), (4.0, 2.0), (5.0, 2.0), (6.0, 4.0)] {
+            ledger.book_until("thermal", &taken(watt), t_s);
+            if t_s == 3.0 || t_s == 6.0 {
+                ledger.book_until("optics", &given(3.0 * watt), t_s);
+            }
+        }
+        assert_eq!(ledger.imbalances()["absorbed: optics to thermal"], 0.0);
+        assert_eq!(ledger.on_the_way()["absorbed: optics to thermal"], 18.0 - 10.0);
+        // What is lost between them still shows.
+        ledger.book_until("thermal", &taken(1.0), 7.0);
+        assert!(ledger.imbalances()["absorbed: optics to thermal"] < -0.1);
+        // A reader that solves seldom takes what it finds for the whole of its window.
+        let mut ledger = Ledger::default();
+        for (t_s, watt) in [(1.0, 1.0), (2.0, 5.0)] {
+            ledger.book_until("optics", &given(watt), t_s);
+        }
+        ledger.book_until("thermal", &taken(10.0), 2.0);
+        assert_eq!(ledger.imbalances()["absorbed: optics to thermal"], 0.0);
+        assert_eq!(ledger.on_the_way()["absorbed: optics to thermal"], 6.0 - 10.0);
     }
 }

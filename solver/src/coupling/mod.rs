@@ -12,6 +12,7 @@ mod drive;
 mod in_process;
 mod inbox;
 mod ledger;
+mod on_the_way;
 mod participant;
 mod physics;
 mod plan;

@@ -185,7 +185,7 @@ impl Observer for Log {
             self.look(node, done.figures.iter().map(|figure| (figure.0.as_str(), *figure.1)));
             if accepted {
                 self.substeps += done.figures.get("substeps").unwrap_or(&0.0);
-                self.ledger.book(node, &done.ledger);
+                self.ledger.book_until(node, &done.ledger, decision.t_s);
             }
         }
         self.look("the coordinator", [("next step", decision.next_dt_s), ("factor", decision.factor)].into_iter());
