@@ -12,10 +12,12 @@ pub mod codec;
 mod error;
 mod field;
 pub mod keys;
+mod shown;
 
 pub use error::MessageError;
 pub use field::{Field, Fields, Values};
 pub use schema::*;
+pub use shown::Shown;
 
 /// The types generated from `messages/proto`.
 mod schema {

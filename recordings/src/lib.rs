@@ -6,34 +6,20 @@
 // Numbers that are recorded, hashed or decided upon are the same on every processor: see clippy.toml.
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
-mod accounts;
-pub mod colour;
 mod container;
-mod display;
+pub mod display;
 mod error;
-mod history;
-mod journal;
-mod membership;
-mod queue;
-mod recorder;
-mod recording;
-mod replies;
+pub mod export;
+pub mod read;
 mod run_info;
-mod states;
-mod steps;
-mod summary;
-mod summary_text;
-mod thinning;
-pub mod vtp;
-mod window_history;
+pub mod statistics;
+pub mod write;
 
-pub use accounts::{Accounts, Outcome};
 pub use error::RecordingError;
-pub use history::History;
-pub use recorder::{ControlKind, Exchange, Level, Recorded, Recorder, RecorderOptions, RecorderSender};
-pub use recording::{Body, Message, Messages, Recording, messages_from};
-pub use replies::{End, Replies, Reply};
+pub use read::{
+    Body, End, History, Message, Messages, Recording, Replies, Reply, State, States, Step, Steps, Taken, Work,
+    messages_from,
+};
 pub use run_info::RunInfo;
-pub use states::{State, States, Taken, Work};
-pub use steps::{Step, Steps};
-pub use summary::{FieldErrors, NodeSummary, Summary, TopicSummary, WindowSizes};
+pub use statistics::{Accounts, FieldErrors, NodeSummary, Outcome, Summary, TopicSummary, WindowSizes};
+pub use write::{ControlKind, Exchange, Level, Recorded, Recorder, RecorderOptions, RecorderSender};

@@ -1,6 +1,7 @@
 use std::{collections::BTreeMap, sync::Arc};
 
-use stagger_solver::scene::{Problems, Scene};
+use stagger_config::Problems;
+use stagger_scene::Scene;
 
 use crate::RecordingError;
 

@@ -12,7 +12,7 @@ fn call(arguments: &[&str], folder: &Path) -> Value {
 }
 
 fn scene(name: &str) -> String {
-    format!("{}/../scenes/{name}.toml", env!("CARGO_MANIFEST_DIR"))
+    format!("{}/../../scenes/{name}.toml", env!("CARGO_MANIFEST_DIR"))
 }
 
 #[test]

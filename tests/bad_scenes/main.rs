@@ -4,7 +4,7 @@
 
 use std::{fs, path::Path};
 
-use stagger_solver::scene::Scene;
+use stagger_scene::Scene;
 
 fn marked<'t>(text: &'t str, mark: &'t str) -> impl Iterator<Item = &'t str> {
     text.lines().filter_map(move |line| line.strip_prefix("# ")?.strip_prefix(mark)?.strip_prefix(": "))
@@ -33,7 +33,7 @@ fn check(path: &Path) -> Result<(), String> {
 
 #[test]
 fn every_bad_scene_says_what_is_wrong_and_nothing_else() {
-    let mut fixtures: Vec<_> = fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/bad_scenes"))
+    let mut fixtures: Vec<_> = fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/bad_scenes"))
         .unwrap()
         .map(|entry| entry.unwrap().path())
         .filter(|path| path.extension().is_some_and(|extension| extension == "toml"))

@@ -7,7 +7,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod plug_in;
-#[path = "../../nodes/examples/probe.rs"]
+#[path = "../../nodes/runtime/examples/probe.rs"]
 mod probe;
 mod verified;
 mod wrong_node;

@@ -13,7 +13,7 @@ use super::NODE;
 
 /// A scene with the probe in it, and the folder it is in.
 fn scene() -> (TempDir, PathBuf) {
-    let quick = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/quick.toml");
+    let quick = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/quick.toml");
     let own = std::env::current_exe().unwrap();
     let command = format!("[{own:?}, \"--exact\", \"as_a_node\", \"--nocapture\"]");
     let folder = tempfile::tempdir().unwrap();
@@ -97,7 +97,7 @@ fn a_node_started_by_hand_without_its_flags_is_told_which() {
 #[test]
 fn a_node_that_the_scene_does_not_name_is_told_so() {
     // As a user starts it by hand: the built-in one is hosted alike.
-    let quick = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/quick.toml");
+    let quick = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/quick.toml");
     let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
     let listen = format!("tcp/{}", listener.local_addr().unwrap());
     drop(listener);

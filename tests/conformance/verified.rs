@@ -6,8 +6,8 @@ use std::{
 };
 
 use serde_json::Value;
-use stagger_nodes::plug_in;
-use stagger_solver::physics::thermal::Thermal;
+use stagger_physics::thermal::Thermal;
+use stagger_runtime::node::plug_in;
 use tempfile::TempDir;
 
 use super::NODE;
@@ -25,7 +25,7 @@ pub fn thermal(wrong: bool) -> ExitCode {
 fn recorded(set: &[&str]) -> (TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.mcap");
-    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/quick.toml");
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/quick.toml");
     let mut command = Command::new(env!("CARGO_BIN_EXE_stagger"));
     command.args(["run", scene, "--set", "particles.count=40", "--record"]).arg(&path);
     let output = command.args(set.iter().flat_map(|set| ["--set", set])).output().unwrap();
@@ -81,7 +81,7 @@ fn slow_nodes_acceleration_and_a_start_from_a_checkpoint_are_played_as_they_were
     let set = ["recovery.checkpoint=7", "coupling.acceleration=iqn-ils", "coupling.every.thermal=3"];
     let (folder, path) = recorded(&set);
     let rest = folder.path().join("rest.mcap");
-    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/quick.toml");
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/quick.toml");
     let mut resume = Command::new(env!("CARGO_BIN_EXE_stagger"));
     resume.args(["run", scene, "--set", "particles.count=40", "--resume"]).arg(format!("{}@30", path.display()));
     let output = resume.args(set.iter().flat_map(|set| ["--set", set])).arg("--record").arg(&rest).output().unwrap();
@@ -125,7 +125,7 @@ fn what_cannot_be_verified_says_why_at_once() {
 fn the_built_in_node_as_a_command_verifies_in_a_scene_with_files() {
     let folder = tempfile::tempdir().unwrap();
     let scene = folder.path().join("scene.toml");
-    let quick = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/quick.toml")).unwrap();
+    let quick = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/quick.toml")).unwrap();
     let start = quick.lines().find(|line| line.starts_with("start     =")).unwrap();
     let text = quick
         .replace(start, "start     = { kind = \"file\", path = \"bed.csv\" }")

@@ -19,7 +19,7 @@ use stagger_messages::{
     Plan, Port, Ports, Ready, Report, SCHEMA_VERSION, Snapshot, Source, Verdict, Version, codec, directive, keys,
     report,
 };
-use stagger_nodes::link::{Arrival, Declared, Link, Outlet, Role};
+use stagger_runtime::link::{Arrival, Declared, Link, Outlet, Role};
 
 /// Ways to be wrong, and the one rule that each breaks.
 pub const WRONGS: [(&str, &str); 27] = [

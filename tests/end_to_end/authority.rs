@@ -75,7 +75,7 @@ impl Authority {
         std::fs::write(folder.join("own.crt"), signed.pem()).unwrap();
         std::fs::write(folder.join("own.key"), key.serialize_pem()).unwrap();
         std::fs::write(folder.join("ca.crt"), trusted.certificate().pem()).unwrap();
-        let documented = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/several-hosts").join(config);
+        let documented = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/several-hosts").join(config);
         let to = folder.join("zenoh.json5");
         std::fs::copy(documented, &to).unwrap();
         to

@@ -10,7 +10,7 @@ use std::{
 
 use serde_json::Value;
 use stagger_messages::keys;
-use stagger_nodes::link::{Link, Role};
+use stagger_runtime::link::{Link, Role};
 
 use super::program::{Workplace, json, said, stagger};
 

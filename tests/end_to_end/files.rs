@@ -1,6 +1,7 @@
 //! Files a scene names, and files that a recording is written to.
 
-use stagger_solver::{physics::particles::Start, scene::Scene};
+use stagger_physics::particles::Start;
+use stagger_scene::Scene;
 
 use super::program::{Workplace, json, said, stagger};
 

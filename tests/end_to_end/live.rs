@@ -4,12 +4,14 @@ use std::{collections::BTreeMap, path::Path, time::Duration};
 
 use bytes::Bytes;
 use stagger_messages::{Version, keys};
-use stagger_nodes::{
-    endpoint::{socket, socket_folder},
-    link::{Link, Role},
-    view::follow,
-};
 use stagger_recordings::{Recorder, RecorderOptions, Recording, RunInfo, Steps};
+use stagger_runtime::{
+    link::{
+        Link, Role,
+        endpoint::{socket, socket_folder},
+    },
+    run::view::follow,
+};
 
 use super::program::{Workplace, json};
 

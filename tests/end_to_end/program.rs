@@ -15,7 +15,7 @@ pub fn stagger() -> Command {
 
 /// The folder of the scenes users start from.
 pub fn scenes() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes")
 }
 
 /// The text of deposition-laser.toml, three nodes whose fields have up to 24 kB, with another duration.

@@ -15,7 +15,7 @@ use stagger_messages::{
     Directive, Envelope, Failure, Field, Iterate, Measure, Port, Report, SCHEMA_VERSION, Stop, Version, codec,
     directive, keys, report,
 };
-use stagger_nodes::link::{Arrival, Declared, Link, Role};
+use stagger_runtime::link::{Arrival, Declared, Link, Role};
 
 use super::{
     authority::Authority,

@@ -1,6 +1,6 @@
 //! No particle, one, many in one place, and sizes far apart.
 
-use stagger_solver::physics::particles::{ContactLaw, Friction, Particles, Rolling, Settings};
+use stagger_physics::particles::{ContactLaw, Friction, Particles, Rolling, Settings};
 
 use crate::{bed::*, outcome::*};
 

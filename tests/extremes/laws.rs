@@ -1,7 +1,7 @@
 //! The parameters of the laws over decades.
 
-use stagger_solver::physics::{
-    Shape, Wall,
+use stagger_physics::{
+    common::{Shape, Wall},
     particles::{Friction, Integrator, Settings},
 };
 

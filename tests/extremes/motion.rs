@@ -1,9 +1,7 @@
 //! Speeds and steps far out of range.
 
-use stagger_solver::{
-    coupling::{Frozen, Physics, Window},
-    physics::particles::{Integrator, Particles, Settings},
-};
+use stagger_coupling::{Frozen, Physics, Window};
+use stagger_physics::particles::{Integrator, Particles, Settings};
 
 use crate::{bed::*, outcome::*};
 

@@ -1,11 +1,8 @@
 //! What comes of a scene, and what every outcome must be.
 
+use stagger_coupling::{Frozen, Physics, Reply, SolveError, Window};
 use stagger_messages::energy::Kind;
-use stagger_solver::{
-    SolveError,
-    coupling::{Frozen, Physics, Reply, Window},
-    physics::particles::{ContactLaw, Friction, Integrator, Particles, Rolling, Settings, State},
-};
+use stagger_physics::particles::{ContactLaw, Friction, Integrator, Particles, Rolling, Settings, State};
 
 use crate::bed::*;
 

@@ -2,7 +2,7 @@
 //! `tests/validation/contact/invariance.rs`.
 
 use proptest::{collection::vec, prelude::*, sample::select};
-use stagger_solver::physics::particles::{ContactLaw, Friction, Settings};
+use stagger_physics::particles::{ContactLaw, Friction, Settings};
 
 use crate::{bed::*, outcome::*};
 

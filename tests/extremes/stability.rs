@@ -10,11 +10,9 @@ mod map;
 use std::f64::consts::PI;
 
 use nalgebra::{Matrix2, Matrix3};
-use stagger_solver::{
-    coupling::{Frozen, Physics, Window},
-    physics::particles::{
-        Base, ContactLaw, Drag, FieldRegion, Integrator, NearFieldSettings, Particles, Presence, Settings, State,
-    },
+use stagger_coupling::{Frozen, Physics, Window};
+use stagger_physics::particles::{
+    Base, ContactLaw, Drag, FieldRegion, Integrator, NearFieldSettings, Particles, Presence, Settings, State,
 };
 
 use crate::bed::*;

@@ -4,7 +4,7 @@ use std::{fmt::Write as _, fs};
 
 use super::{Course, Rule, System, contracts_to, course, stable_to};
 
-const PICTURE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/images/stability.svg");
+const PICTURE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/images/stability.svg");
 
 /// Cells across and up, and decades they span: of the step in s, and of the stiffness in N/m.
 const CELLS: [usize; 2] = [48, 32];

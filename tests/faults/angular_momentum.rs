@@ -4,11 +4,9 @@
 //! past each other ended with 0.25 % more angular momentum than friction had moved between them. The arms now end at the contact
 //! point. Crowds and unequal spheres are in the solver's own tests.
 
-use stagger_solver::{
-    coupling::{Frozen, Physics as _, Reply, Window},
-    physics::particles::{Particles, Settings, Start},
-    scene::Scene,
-};
+use stagger_coupling::{Frozen, Physics as _, Reply, Window};
+use stagger_physics::particles::{Particles, Settings, Start};
+use stagger_scene::Scene;
 
 const SCENE: &str = r#"
 duration = 2e-3

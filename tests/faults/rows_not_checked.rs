@@ -5,12 +5,9 @@
 
 use std::{collections::BTreeMap, error::Error, path::Path, process::Output, sync::Arc};
 
+use stagger_coupling::{Frozen, Physics, Reply, SolveError, Window};
 use stagger_messages::{Energy, Field, Fields, Measure, Port, Ports};
-use stagger_nodes::plug_in::{self, Setup};
-use stagger_solver::{
-    SolveError,
-    coupling::{Frozen, Physics, Reply, Window},
-};
+use stagger_runtime::node::plug_in::{self, Setup};
 
 use super::program;
 

@@ -16,8 +16,8 @@ use serde_json::Value;
 use stagger_messages::{
     Checkpoint, Directive, Envelope, Field, Report, SCHEMA_VERSION, Version, codec, directive, keys, report,
 };
-use stagger_nodes::link::{Declared, Link, Outlet, Role};
 use stagger_recordings::{Body, Exchange, Recorder, RecorderOptions, Recording};
+use stagger_runtime::link::{Declared, Link, Outlet, Role};
 
 use super::place::{Workplace, json, said, signal, stagger};
 

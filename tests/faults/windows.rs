@@ -1,10 +1,8 @@
 //! The particles of a small scene, window by window, as a run takes them.
 
-use stagger_solver::{
-    coupling::{Frozen, Physics as _, Reply, Window},
-    physics::particles::Particles,
-    scene::Scene,
-};
+use stagger_coupling::{Frozen, Physics as _, Reply, Window};
+use stagger_physics::particles::Particles;
+use stagger_scene::Scene;
 
 /// Times in a row that a window may be asked for again, shorter.
 const CUTS: u32 = 60;

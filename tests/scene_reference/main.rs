@@ -1,12 +1,13 @@
 //! The key reference of scenes and their JSON Schema are made from the keys the parser reads, and are up to date.
 //!
-//! `STAGGER_BLESS=1 cargo test -p stagger-solver --test scene_reference` rewrites `docs/scene.md` and
+//! `STAGGER_BLESS=1 cargo test -p stagger-scene --test scene_reference` rewrites `docs/scene.md` and
 //! `docs/scene.schema.json`.
 
 use std::{fmt::Write as _, fs, path::PathBuf};
 
 use serde_json::{Map, Value, json};
-use stagger_solver::scene::{Fallback, Key, Kind, Range, Scene, Section};
+use stagger_config::{Fallback, Key, Kind, Range, Section};
+use stagger_scene::Scene;
 
 const INTRODUCTION: &str = "\
 # A scene, key by key
@@ -26,7 +27,7 @@ This page is made from the parser's own keys.
 ";
 
 fn docs(name: &str) -> PathBuf {
-    PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../docs")).join(name)
+    PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs")).join(name)
 }
 
 /// Whether a page in `docs` is what it should be; blessing makes it so.
@@ -202,7 +203,7 @@ fn number(range: Range) -> Value {
 #[test]
 fn every_scene_users_start_from_is_read() {
     let mut count = 0;
-    for entry in fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes")).unwrap() {
+    for entry in fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes")).unwrap() {
         let path = entry.unwrap().path();
         if path.extension().is_some_and(|extension| extension == "toml") {
             let name = path.file_name().unwrap().to_string_lossy().into_owned();

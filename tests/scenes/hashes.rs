@@ -2,7 +2,7 @@
 //! threads, in one process or many, stopped and resumed.
 //!
 //! Hashes are of runs shortened to some tens of steps, in `hashes.txt`. Where a change of the physics moves them,
-//! `STAGGER_BLESS=1 cargo test --release -p stagger-nodes --test scenes hash_of` writes the file anew.
+//! `STAGGER_BLESS=1 cargo test --release -p stagger-cli --test scenes hash_of` writes the file anew.
 
 use std::{
     fmt::Write as _,
@@ -32,7 +32,7 @@ impl Shortened {
 }
 
 fn file() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/scenes/hashes.txt")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/scenes/hashes.txt")
 }
 
 /// Scene, shortening and hash of each line that is no comment.
@@ -67,7 +67,7 @@ fn bless(scene: &str, hash: &str) {
 
 /// Runs a shortened scene with more arguments and in an environment.
 fn run(shortened: &Shortened, arguments: &[&str], environment: &[(&str, &str)]) -> Value {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes").join(&shortened.scene);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes").join(&shortened.scene);
     let mut command = Command::new(env!("CARGO_BIN_EXE_stagger"));
     command.arg("run").arg(path).arg("--json");
     for set in [&shortened.set, "recovery.checkpoint=1", "recovery.start=300", "record.level=accepted"] {
@@ -98,7 +98,7 @@ fn check(scene: &str) {
     let narrow = run(&["--in-process", "--threads", "1", "--no-record"], &old);
     assert_eq!(narrow["hash"], hash, "{scene}: one thread, scalar, without fused instructions in the C library");
     assert_eq!(narrow["steps"], plain["steps"], "{scene}");
-    for width in stagger_solver::width::available().into_iter().skip(1) {
+    for width in stagger_physics::common::width::available().into_iter().skip(1) {
         let other = run(&["--in-process", "--threads", "2", "--no-record"], &[("STAGGER_SIMD", width)]);
         assert_eq!(other["hash"], hash, "{scene}: two threads, {width}");
     }
@@ -123,7 +123,7 @@ macro_rules! hashes {
 
         #[test]
         fn every_scene_has_a_hash() {
-            let mut scenes: Vec<_> = std::fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes")).unwrap()
+            let mut scenes: Vec<_> = std::fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes")).unwrap()
                 .map(|entry| entry.unwrap().file_name().into_string().unwrap())
                 .filter(|name| name.ends_with(".toml"))
                 .collect();

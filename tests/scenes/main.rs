@@ -40,7 +40,7 @@ fn run_with(pinned: &Pinned, overrides: &[&str]) -> Value {
 }
 
 fn summary_of(scene: &str, arguments: &[&str]) -> Value {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes").join(scene);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes").join(scene);
     let mut command = Command::new(env!("CARGO_BIN_EXE_stagger"));
     let output = command.arg("run").arg(&path).arg("--json").args(arguments).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));

@@ -9,7 +9,7 @@ const BOUNDS: [(&str, f64); 3] = [("preset draft", 0.1), ("the scene as it stand
 
 fn presets_keep_their_bounds(scene: &str) {
     let folder = tempfile::tempdir().unwrap();
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes").join(scene);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes").join(scene);
     let mut command = Command::new(env!("CARGO_BIN_EXE_stagger"));
     command
         .arg("tradeoff")
@@ -39,7 +39,7 @@ fn those_of_quick_scenes_keep_their_bounds() {
 
 #[test]
 fn every_scene_has_a_draft_and_a_reference_that_can_be_run() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         if path.extension().is_none_or(|extension| extension != "toml") {

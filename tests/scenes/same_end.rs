@@ -4,15 +4,13 @@
 use std::{collections::BTreeMap, num::NonZeroU64, path::Path};
 
 use prost::Message as _;
+use stagger_coupling::{Course, End, InProcess, Observer, Outcome, Participant};
 use stagger_messages::{Checkpoint, Decision, Fields, Ready, Verdict};
-use stagger_nodes::{
-    roster::{Runs, participant, roster},
-    scene_files::SceneFile,
+use stagger_runtime::{
+    launch::roster::{Runs, participant, roster},
+    run::scene_files::SceneFile,
 };
-use stagger_solver::{
-    coupling::{self, Course, End, InProcess, Observer, Outcome, Participant},
-    scene::Scene,
-};
+use stagger_scene::Scene;
 
 use super::hashes::Shortened;
 
@@ -52,8 +50,8 @@ fn run(scene: &Scene, reject_every: Option<NonZeroU64>, stop_after: Option<u64>,
     });
     let mut ensemble = InProcess::new(members.collect());
     let ports = ensemble.ports();
-    let mut plan = coupling::plan(&ports, &scene.coupling).unwrap();
-    let mut course = Course::new(&scene.coupling, &plan, &coupling::measured(&ports, &plan), scene.duration_s);
+    let mut plan = stagger_coupling::plan(&ports, &scene.coupling).unwrap();
+    let mut course = Course::new(&scene.coupling, &plan, &stagger_coupling::measured(&ports, &plan), scene.duration_s);
     if let Some(checkpoint) = from {
         plan.from = checkpoint.envelope.as_ref().unwrap().version;
         course.restore(&checkpoint.coordinator).unwrap();
@@ -63,7 +61,7 @@ fn run(scene: &Scene, reject_every: Option<NonZeroU64>, stop_after: Option<u64>,
         course.control.reject_every(steps);
     }
     let mut log = Log { stop_after, ..Log::default() };
-    let end = coupling::drive(&mut ensemble, &plan, &mut course, u64::MAX, &mut log).unwrap();
+    let end = stagger_coupling::drive(&mut ensemble, &plan, &mut course, u64::MAX, &mut log).unwrap();
     assert_eq!(end == End::Interrupted, stop_after.is_some());
     let of_node = |(node, fields): (&str, &Fields)| {
         fields.values().map(|field| (format!("{node}/{}", field.name()), field.hash())).collect::<Vec<_>>()
@@ -74,7 +72,7 @@ fn run(scene: &Scene, reject_every: Option<NonZeroU64>, stop_after: Option<u64>,
 
 fn check(name: &str) {
     let shortened = Shortened::of(name);
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes").join(name);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes").join(name);
     let (key, value) = shortened.set.split_once('=').unwrap();
     let overrides = [(key.to_owned(), value.to_owned())];
     let scene = SceneFile::read(&path).unwrap().parse(&overrides, None).unwrap();

@@ -44,7 +44,7 @@ fn phases(heat: f64, pressed_s: f64) -> [f64; 4] {
     ];
     let output = Command::new(env!("CARGO_BIN_EXE_stagger"))
         .arg("run")
-        .arg(Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/sintering.toml"))
+        .arg(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/sintering.toml"))
         .args(["--in-process", "--record"])
         .arg(&path)
         .args(sets.iter().flat_map(|set| ["--set", set]))

@@ -5,18 +5,27 @@
 
 use std::path::{Path, PathBuf};
 
-/// Crates in the order of their dependencies, and the ones each may depend on.
-const ORDER: [(&str, &[&str]); 5] = [
-    ("messages", &[]),
-    ("solver", &["stagger-messages"]),
-    ("recordings", &["stagger-messages", "stagger-solver"]),
-    ("nodes", &["stagger-messages", "stagger-solver", "stagger-recordings"]),
-    // A program of its own beside the recordings.
-    ("recordings/view", &["stagger-messages", "stagger-solver", "stagger-recordings"]),
+/// Folders of the crates in the order of their dependencies: each may depend on those before it and on no other.
+const ORDER: [&str; 9] = [
+    "messages",
+    "solver/coupling",
+    "solver/config",
+    "solver/physics",
+    "solver/scene",
+    "recordings",
+    "nodes/runtime",
+    "nodes/tools",
+    "nodes/cli",
 ];
 
+/// Beside the others, a program of its own and no other crate's dependency.
+const BESIDE: &str = "recordings/view";
+
+/// Folders whose code computes what is recorded.
+const SOLVER: [&str; 4] = ["solver/coupling/src", "solver/config/src", "solver/physics/src", "solver/scene/src"];
+
 fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
 /// Files of the repository under `folder` that end in one of `endings`, without build output.
@@ -43,18 +52,27 @@ fn shown(path: &Path) -> String {
 
 #[test]
 fn dependencies_run_one_way() {
-    for (folder, allowed) in ORDER {
-        let manifest = std::fs::read_to_string(root().join(folder).join("Cargo.toml")).unwrap();
-        let manifest: toml::Table = manifest.parse().unwrap();
-        let names = manifest["dependencies"].as_table().unwrap().keys();
-        let ours: Vec<_> = names.filter(|name| name.starts_with("stagger-")).collect();
-        assert!(ours.iter().all(|name| allowed.contains(&name.as_str())), "{folder} depends on {ours:?}");
+    let manifest = |folder: &str| -> toml::Table {
+        std::fs::read_to_string(root().join(folder).join("Cargo.toml")).unwrap().parse().unwrap()
+    };
+    let name = |folder: &str| manifest(folder)["package"]["name"].as_str().unwrap().to_owned();
+    let members = manifest("")["workspace"]["members"].as_array().unwrap().clone();
+    assert_eq!(members.iter().map(|member| member.as_str().unwrap()).collect::<Vec<_>>(), ORDER);
+    let mut before = Vec::new();
+    for folder in ORDER.into_iter().chain([BESIDE]) {
+        let manifest = manifest(folder);
+        for table in ["dependencies", "dev-dependencies"] {
+            let names = manifest.get(table).and_then(|table| table.as_table()).into_iter().flat_map(toml::Table::keys);
+            let ours: Vec<_> = names.filter(|name| name.starts_with("stagger-")).collect();
+            assert!(ours.iter().all(|name| before.contains(*name)), "{folder} depends on {ours:?}");
+        }
+        before.push(name(folder));
     }
 }
 
 #[test]
 fn messages_and_solver_do_no_io() {
-    for folder in ["messages/src", "solver/src"] {
+    for folder in SOLVER.into_iter().chain(["messages/src"]) {
         for file in files(&root().join(folder), &[".rs"]) {
             let text = std::fs::read_to_string(&file).unwrap();
             for forbidden in
@@ -71,9 +89,9 @@ fn messages_and_solver_do_no_io() {
 
 /// What asks the processor, the machine or chance for a number, and the only file that may.
 const OF_THE_MACHINE: [(&str, &str); 9] = [
-    ("Arch::new", "solver/src/width.rs"),
+    ("Arch::new", "solver/physics/src/common/width.rs"),
     // Products of large matrices choose their instructions by the processor; that file multiplies by vectors alone.
-    ("DMatrix", "solver/src/coupling/acceleration/iqn_ils.rs"),
+    ("DMatrix", "solver/coupling/src/acceleration/iqn_ils.rs"),
     ("HashMap", ""),
     ("HashSet", ""),
     ("std::env", ""),
@@ -100,17 +118,17 @@ fn code(file: &Path) -> String {
 #[test]
 fn no_number_depends_on_the_processor() {
     let in_code = |line: &&str| !line.trim_start().starts_with("//");
-    for folder in ["messages/src", "solver/src", "recordings/src"] {
+    for folder in SOLVER.into_iter().chain(["messages/src", "recordings/src"]) {
         for file in files(&root().join(folder), &[".rs"]) {
-            let name = shown(&file).replace("nodes/../", "");
+            let name = shown(&file);
             for line in code(&file).lines().filter(in_code) {
                 for function in ELEMENTARY {
                     let called = [format!(".{function}("), format!("f64::{function}")];
                     let found = called.iter().any(|call| line.contains(call.as_str()));
-                    assert!(!found, "{name} does not take {function} from stagger_solver::math: {line}");
+                    assert!(!found, "{name} does not take {function} from stagger_coupling::math: {line}");
                 }
                 for (word, only) in OF_THE_MACHINE {
-                    let found = folder == "solver/src" && line.contains(word) && name != only;
+                    let found = SOLVER.contains(&folder) && line.contains(word) && name != only;
                     assert!(!found, "{name} asks the machine: {line}");
                 }
             }
@@ -121,7 +139,7 @@ fn no_number_depends_on_the_processor() {
 #[test]
 fn one_file_knows_each_of_zenoh_mcap_rerun_and_arrow() {
     let expected = [
-        ("zenoh", "nodes/src/link.rs"),
+        ("zenoh", "nodes/runtime/src/link/mod.rs"),
         ("mcap", "recordings/src/container.rs"),
         ("rerun", "recordings/view/src/show.rs"),
         ("arrow", "recordings/view/src/arrow_files.rs"),
@@ -139,7 +157,7 @@ fn one_file_knows_each_of_zenoh_mcap_rerun_and_arrow() {
                 };
                 // The bench's floor is Zenoh without this program.
                 if code.into_iter().any(names) && !shown(&file).contains("/benches/") {
-                    importers.push(shown(&file).replace("nodes/../", ""));
+                    importers.push(shown(&file));
                 }
             }
         }

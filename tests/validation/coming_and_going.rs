@@ -11,11 +11,8 @@ mod motion;
 use std::{collections::BTreeMap, sync::Arc};
 
 use serde::{Deserialize, Serialize};
+use stagger_coupling::{Acceleration, Frozen, Local, Order, Participant, Physics, Reply, Settings, SolveError, Window};
 use stagger_messages::{Decision, Field, Fields, Measure, Port, Ports, Verdict};
-use stagger_solver::{
-    SolveError,
-    coupling::{Acceleration, Frozen, Local, Order, Participant, Physics, Reply, Settings, Window},
-};
 
 use crate::{
     coupling::settings,

@@ -5,6 +5,7 @@ mod anderson;
 mod bed;
 mod bond;
 mod conservation;
+mod conserved_motion;
 mod determinism;
 mod friction;
 mod integration;
@@ -14,19 +15,16 @@ mod restitution;
 mod rolling;
 mod spin;
 mod substep;
+mod valley;
 
 use std::f64::consts::PI;
 
+use stagger_coupling::{Frozen, Physics, SolveError, Window};
 use stagger_messages::{Field, Fields, Measure, Port, energy::Kind};
-use stagger_solver::{
-    SolveError,
-    coupling::{Frozen, Physics, Window},
-    physics::{
-        Shape, Wall,
-        particles::{
-            ContactLaw, Drag, Friction, Group, Integrator, Material, Pair, Particles, Radius, Settings, Start,
-            StartRegion,
-        },
+use stagger_physics::{
+    common::{Shape, Wall},
+    particles::{
+        ContactLaw, Drag, Friction, Group, Integrator, Material, Pair, Particles, Radius, Settings, Start, StartRegion,
     },
 };
 

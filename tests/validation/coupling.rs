@@ -12,14 +12,11 @@ mod pair;
 
 use std::collections::BTreeMap;
 
-use stagger_messages::{Decision, Field, Fields, Measure, Port, Ports, Ready, Verdict};
-use stagger_solver::{
-    SolveError,
-    coupling::{
-        self, Course, Frozen, InProcess, Local, Observer, Order, Outcome, Participant, Physics, Reply, Settings,
-        StepSize, Window,
-    },
+use stagger_coupling::{
+    self, Course, Frozen, InProcess, Local, Observer, Order, Outcome, Participant, Physics, Reply, Settings,
+    SolveError, StepSize, Window,
 };
+use stagger_messages::{Decision, Field, Fields, Measure, Port, Ports, Ready, Verdict};
 
 /// Settings of a run with a fixed window.
 pub fn settings(dt_s: f64, tolerance: f64, iterations: u32) -> Settings {
@@ -48,10 +45,10 @@ pub fn run(
 ) -> (Fields, Vec<Decision>) {
     let mut ensemble = InProcess::new(members);
     let ports = ensemble.ports();
-    let plan = coupling::plan(&ports, settings).unwrap();
-    let mut course = Course::new(settings, &plan, &coupling::measured(&ports, &plan), duration_s);
+    let plan = stagger_coupling::plan(&ports, settings).unwrap();
+    let mut course = Course::new(settings, &plan, &stagger_coupling::measured(&ports, &plan), duration_s);
     let mut log = Log::default();
-    coupling::drive(&mut ensemble, &plan, &mut course, 0, &mut log).unwrap();
+    stagger_coupling::drive(&mut ensemble, &plan, &mut course, 0, &mut log).unwrap();
     (ensemble.fields(), log.0)
 }
 

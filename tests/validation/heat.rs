@@ -10,14 +10,11 @@ mod stiff;
 
 use std::{f64::consts::PI, sync::Arc};
 
+use stagger_coupling::{Frozen, Physics, Reply, SolveError, Window};
 use stagger_messages::{Energy, Field, Fields, Port, Values};
-use stagger_solver::{
-    SolveError,
-    coupling::{Frozen, Physics, Reply, Window},
-    physics::{
-        Shape, Wall,
-        thermal::{Conductance, Enthalpy, Material, Overshoot, Settings, Solver, State, Table, Thermal},
-    },
+use stagger_physics::{
+    common::{Shape, Wall},
+    thermal::{Conductance, Enthalpy, Material, Overshoot, Settings, Solver, State, Table, Thermal},
 };
 
 const RADIUS_M: f64 = 25e-6;

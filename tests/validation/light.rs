@@ -10,12 +10,9 @@ use rand_chacha::{
     ChaCha8Rng,
     rand_core::{RngCore, SeedableRng},
 };
+use stagger_coupling::{Frozen, Physics, Reply, SolveError, Window};
 use stagger_messages::{Field, Fields};
-use stagger_solver::{
-    SolveError,
-    coupling::{Frozen, Physics, Reply, Window},
-    physics::optics::{Beam, Model, Optics, Path, Profile, Pulses, Settings},
-};
+use stagger_physics::optics::{Beam, Model, Optics, Path, Profile, Pulses, Settings};
 
 fn beam(profile: Profile) -> Beam {
     Beam {

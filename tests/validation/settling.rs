@@ -3,11 +3,9 @@
 
 use std::f64::consts::FRAC_PI_3;
 
-use stagger_solver::{
-    coupling::{Frozen, Physics as _, Window},
-    physics::particles::{Particles, Settings, Start, start},
-    scene::Scene,
-};
+use stagger_coupling::{Frozen, Physics as _, Window};
+use stagger_physics::particles::{Particles, Settings, Start, start};
+use stagger_scene::Scene;
 
 /// 400 equal spheres of 1 mm in a box of 7 mm side, open above: soft, so that steps are long, yet no more than a hundredth of
 /// a radius deep in each other under their weight.

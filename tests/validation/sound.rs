@@ -4,17 +4,17 @@
 use std::{f64::consts::PI, sync::Arc};
 
 use nalgebra::Vector3;
+use stagger_coupling::{Frozen, Physics, Reply, Window};
 use stagger_messages::{Field, Fields, Measure, Port};
-use stagger_solver::{
-    coupling::{Frozen, Physics, Reply, Window},
-    physics::{
-        acoustics::{Acoustics, Interface, Settings, SoundBeam},
+use stagger_physics::{
+    acoustics::{Acoustics, Interface, Settings, SoundBeam},
+    common::{
         beam::{Path, Pulses},
-        particles::Particles,
         rays::{Limits, Pattern, Sampling},
     },
-    scene::Scene,
+    particles::Particles,
 };
+use stagger_scene::Scene;
 
 /// Â = 18, c̃ = 1/3.
 const INTERFACE: Interface = Interface {

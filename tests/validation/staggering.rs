@@ -10,14 +10,11 @@ use std::{
     sync::{Arc, Mutex},
 };
 
-use stagger_messages::{Checkpoint, Decision, Field, Fields, Measure, Port, Ports, Verdict, Version};
-use stagger_solver::{
-    SolveError,
-    coupling::{
-        self, Acceleration, Course, FieldSettings, Frozen, InProcess, Local, Participant, Physics, Reply, Settings,
-        Window,
-    },
+use stagger_coupling::{
+    self, Acceleration, Course, FieldSettings, Frozen, InProcess, Local, Participant, Physics, Reply, Settings,
+    SolveError, Window,
 };
+use stagger_messages::{Checkpoint, Decision, Field, Fields, Measure, Port, Ports, Verdict, Version};
 
 use super::coupling::{Log, settings};
 
@@ -93,18 +90,18 @@ pub fn run(
     duration_s: f64,
     checkpoint_steps: u64,
     from: Option<Checkpoint>,
-) -> Result<(Fields, Vec<Decision>, Option<Checkpoint>), coupling::InProcessError> {
+) -> Result<(Fields, Vec<Decision>, Option<Checkpoint>), stagger_coupling::InProcessError> {
     let mut ensemble = InProcess::new(members);
     let ports = ensemble.ports();
-    let mut plan = coupling::plan(&ports, settings)?;
-    let mut course = Course::new(settings, &plan, &coupling::measured(&ports, &plan), duration_s);
+    let mut plan = stagger_coupling::plan(&ports, settings)?;
+    let mut course = Course::new(settings, &plan, &stagger_coupling::measured(&ports, &plan), duration_s);
     if let Some(checkpoint) = from {
         plan.from = checkpoint.envelope.as_ref().unwrap().version;
         course.restore(&checkpoint.coordinator)?;
         ensemble = ensemble.from_checkpoint(checkpoint);
     }
     let mut log = Log::default();
-    coupling::drive(&mut ensemble, &plan, &mut course, checkpoint_steps, &mut log)?;
+    stagger_coupling::drive(&mut ensemble, &plan, &mut course, checkpoint_steps, &mut log)?;
     Ok((ensemble.fields(), log.0, ensemble.last_checkpoint().cloned()))
 }
 
@@ -233,6 +230,6 @@ fn two_writers_of_a_field_are_added_up() {
     relay(&mut members, &solved, "second", "x", Vec::new(), &[0.0]);
     relay(&mut members, &solved, "one", "z", vec![port("x").as_read()], &[1.0]);
     let ports = InProcess::new(members).ports();
-    let error = coupling::plan(&ports, &settings).unwrap_err().to_string();
+    let error = stagger_coupling::plan(&ports, &settings).unwrap_err().to_string();
     assert!(error.contains("written by both `first` and `second`"), "{error}");
 }

@@ -7,7 +7,7 @@ mod many;
 mod node;
 mod point;
 
-use stagger_solver::physics::substrate::{Load, stress_at};
+use stagger_physics::substrate::{Load, stress_at};
 
 type Tensor = [f64; 6];
 

@@ -2,7 +2,7 @@
 
     stagger run scenes/deposition-laser.toml --node thermal="python3 nodes/python/examples/thermal.py"
 
-The models and their sources are those of solver/src/physics/thermal: m C dT/dt = sum G (T_j - T_i) + H through contacts
+The models and their sources are those of solver/physics/src/thermal: m C dT/dt = sum G (T_j - T_i) + H through contacts
 and walls (Zohdi 2018, eqs. 6.35-6.37), by the trapezoidal rule with weight phi (eqs. 6.44, 10.30).
 """
 

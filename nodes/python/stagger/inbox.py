@@ -1,4 +1,4 @@
-"""The fields one node reads, as they come in, and the versions it freezes: `solver/src/coupling/inbox.rs` in Python."""
+"""The fields one node reads, as they come in, and the versions it freezes: `solver/coupling/src/inbox.rs` in Python."""
 
 from __future__ import annotations
 

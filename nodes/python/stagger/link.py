@@ -15,7 +15,7 @@ from typing import Any
 import zenoh
 from zenoh import handlers
 
-# As in nodes/src/settings.rs. What a file may change: how long a stopped process is taken for alive, and how long a put
+# As in nodes/runtime/src/link/zenoh_config.rs. What a file may change: how long a stopped process is taken for alive, and how long a put
 # waits for a slow link, after which the message is given up: what is lost is asked for again. What a node puts goes
 # through the socket: shared memory, which Zenoh would choose by itself, ends with its process, whoever has yet to read it.
 # What others put there is read all the same.

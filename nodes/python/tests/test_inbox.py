@@ -1,4 +1,4 @@
-"""What a node freezes, and what it forgets: `solver/src/coupling/inbox_tests.rs` in Python."""
+"""What a node freezes, and what it forgets: `solver/coupling/src/inbox_tests.rs` in Python."""
 
 import unittest
 

@@ -1,4 +1,4 @@
-"""The configuration of a node's session; `nodes/src/settings.rs` makes the same."""
+"""The configuration of a node's session; `nodes/runtime/src/link/zenoh_config.rs` makes the same."""
 
 import json
 import tempfile

@@ -5,7 +5,7 @@ use super::{
     schema::foxglove::{PackedElementField, PointCloud, Pose, Quaternion, Vector3, packed_element_field::NumericType},
     timestamp,
 };
-use crate::{Step, colour::Range};
+use crate::{Step, display::colour_scale::Range};
 
 /// Support of the particles' fields.
 const PARTICLES: &str = "particles";

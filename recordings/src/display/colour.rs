@@ -1,4 +1,4 @@
-use crate::colour::{Range, Scale};
+use crate::display::colour_scale::{Range, Scale};
 
 /// Blue, grey, red: three colours of K. Moreland's "smooth cool to warm" map (2009), whose middle is the lightest.
 const MAP: [[f64; 3]; 3] = [[59.0, 76.0, 192.0], [221.0, 221.0, 221.0], [180.0, 4.0, 38.0]];

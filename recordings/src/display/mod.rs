@@ -6,13 +6,14 @@
 
 mod cloud;
 mod colour;
+pub mod colour_scale;
 mod scalars;
 
 use prost::Message as _;
 use prost_types::Timestamp;
 use stagger_messages::{Directive, Report, Verdict, directive, report};
 
-use crate::{Body, Message, Outcome, RunInfo, Step, Steps, colour::Range};
+use crate::{Body, Message, Outcome, RunInfo, Step, Steps, display::colour_scale::Range};
 use schema::foxglove::{Log, log::Level};
 
 /// The types generated from `recordings/proto`.

@@ -1,4 +1,4 @@
-use stagger_solver::coupling::Ledger;
+use stagger_coupling::Ledger;
 
 use super::{schema::display::Scalar, timestamp};
 use crate::{Outcome, Step};

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use stagger_messages::FieldError;
 use stagger_recordings::{Outcome, Step};
-use stagger_solver::coupling::Ledger;
+use stagger_coupling::Ledger;
 
 use crate::layers::values;
 

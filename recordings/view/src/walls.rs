@@ -4,10 +4,8 @@ use std::collections::BTreeMap;
 
 use stagger_messages::Done;
 use stagger_recordings::RunInfo;
-use stagger_solver::{
-    physics::walls::{Motion, Plane, Shape, Wall, WallState},
-    scene::Problems,
-};
+use stagger_physics::common::walls::{Motion, Plane, Shape, Wall, WallState};
+use stagger_config::Problems;
 
 use crate::{frame::Overview, layout::dot};
 

@@ -1,6 +1,7 @@
 //! The numbers of a scene, found by the scene format's own keys, and the values they are driven to.
 
-use stagger_solver::scene::{Key, Kind, Range, Scene, Section, Value};
+use stagger_config::{Key, Kind, Range, Section, Value};
+use stagger_scene::Scene;
 
 /// The numeric keys of the format: every one that holds a number, by the path of its table and its name.
 pub fn numeric() -> Vec<(&'static Section, &'static Key)> {

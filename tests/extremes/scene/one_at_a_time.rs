@@ -1,7 +1,7 @@
 //! Each number of the scenes in `tests/extremes/scenes`, one at a time, at the ends of its range and far inside, and outside of
 //! it. What was reached and what came of it is a page: `docs/extremes-keys.md`.
 //!
-//! `STAGGER_BLESS=1 cargo test --release -p stagger-solver --test extremes` writes it again.
+//! `STAGGER_BLESS=1 cargo test --release -p stagger-scene --test extremes` writes it again.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -15,7 +15,7 @@ use std::{
     thread,
 };
 
-use stagger_solver::scene::Kind;
+use stagger_config::Kind;
 
 use super::{
     keys::{self, Driven},
@@ -23,12 +23,12 @@ use super::{
     verdict::{Outcome, judge},
 };
 
-const PAGE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/extremes-keys.md");
+const PAGE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/extremes-keys.md");
 
 const INTRODUCTION: &str = "\
 # Every number of a scene, driven to its limits
 
-Made by `STAGGER_BLESS=1 cargo test --release -p stagger-solver --test extremes one_at_a_time` from the parser's own keys; the
+Made by `STAGGER_BLESS=1 cargo test --release -p stagger-scene --test extremes one_at_a_time` from the parser's own keys; the
 gate fails where a numeric key is missing here. [extremes.md](extremes.md) says how it is done.
 
 *Scenes* of `tests/extremes/scenes` that give the key; *inside*: values inside its range, the ends among them, of which so many

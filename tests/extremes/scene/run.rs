@@ -10,16 +10,14 @@ use std::{
     time::{Duration, Instant},
 };
 
+use stagger_config::Problems;
+use stagger_coupling::{Course, InProcess, Ledger, Local, Observer, Outcome, Participant, SolveError};
 use stagger_messages::{Decision, Ready};
-use stagger_solver::{
-    SolveError,
-    coupling::{self, Course, InProcess, Ledger, Local, Observer, Outcome, Participant},
-    physics::{
-        acoustics::Acoustics, current::Current, optics::Optics, particles::Particles, substrate::Substrate,
-        thermal::Thermal,
-    },
-    scene::{Problems, Scene},
+use stagger_physics::{
+    acoustics::Acoustics, current::Current, optics::Optics, particles::Particles, substrate::Substrate,
+    thermal::Thermal,
 };
+use stagger_scene::Scene;
 
 /// Accepted steps that a scene is run for.
 const STEPS: usize = 4;
@@ -41,7 +39,7 @@ pub struct Base {
 
 /// The scenes in a folder beside `tests`, by name.
 pub fn scenes(folder: &str) -> Vec<Base> {
-    let folder = format!("{}/../{folder}", env!("CARGO_MANIFEST_DIR"));
+    let folder = format!("{}/../../{folder}", env!("CARGO_MANIFEST_DIR"));
     let mut paths: Vec<_> = fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     paths.sort();
     let toml = paths.iter().filter(|path| path.extension().is_some_and(|extension| extension == "toml"));
@@ -109,15 +107,15 @@ pub fn run(scene: &Scene) -> End {
     };
     let mut ensemble = InProcess::new(members);
     let ports = ensemble.ports();
-    let plan = match coupling::plan(&ports, &scene.coupling) {
+    let plan = match stagger_coupling::plan(&ports, &scene.coupling) {
         Ok(plan) => plan,
         Err(error) => return End::Stopped { cause: error.to_string() },
     };
-    let measured = coupling::measured(&ports, &plan);
+    let measured = stagger_coupling::measured(&ports, &plan);
     let mut course = Course::new(&scene.coupling, &plan, &measured, scene.duration_s);
     let mut log = Log::default();
     // With a checkpoint, so that states are encoded too.
-    let driven = coupling::drive(&mut ensemble, &plan, &mut course, scene.recovery.checkpoint_steps, &mut log);
+    let driven = stagger_coupling::drive(&mut ensemble, &plan, &mut course, scene.recovery.checkpoint_steps, &mut log);
     if let Err(error) = driven {
         return End::Stopped { cause: error.to_string() };
     }
@@ -133,7 +131,7 @@ pub fn run(scene: &Scene) -> End {
     End::Ran { ledger: log.ledger, volume_m3, highest_k, not_finite: log.not_finite }
 }
 
-/// The participants of a scene, as `nodes/src/roster.rs` makes them; what is wrong is told with the node's name.
+/// The participants of a scene, as `nodes/runtime/src/launch/roster.rs` makes them; what is wrong is told with the node's name.
 fn members(scene: &Scene) -> Result<BTreeMap<String, Box<dyn Participant>>, String> {
     let mut members = BTreeMap::new();
     let mut add = |name: &str, made: Result<Box<dyn Participant>, SolveError>| {

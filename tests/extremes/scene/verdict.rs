@@ -1,10 +1,8 @@
 //! What may come of a scene: a finite, conserved result, or an error that names its cause.
 
-use stagger_solver::{
-    coupling::{Account, Ledger},
-    physics::particles::{Integrator, Settings},
-    scene::Scene,
-};
+use stagger_coupling::{Account, Ledger};
+use stagger_physics::particles::{Integrator, Settings};
+use stagger_scene::Scene;
 
 use super::{
     keys::numeric,

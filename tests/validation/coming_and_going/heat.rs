@@ -2,14 +2,11 @@
 
 use std::sync::Arc;
 
+use stagger_coupling::{Frozen, Ledger, Physics, Reply, SolveError, Window};
 use stagger_messages::{Energy, Field, Fields, Port, Values};
-use stagger_solver::{
-    SolveError,
-    coupling::{Frozen, Ledger, Physics, Reply, Window},
-    physics::{
-        Shape, Wall,
-        thermal::{Conductance, Overshoot, Settings, State, Thermal},
-    },
+use stagger_physics::{
+    common::{Shape, Wall},
+    thermal::{Conductance, Overshoot, Settings, State, Thermal},
 };
 
 const DT_S: f64 = 1e-3;

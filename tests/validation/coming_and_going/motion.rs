@@ -2,11 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use stagger_solver::{
-    coupling::{Frozen, Ledger, Physics as _, Reply, Window},
-    physics::particles::Particles,
-    scene::Scene,
-};
+use stagger_coupling::{Frozen, Ledger, Physics as _, Reply, Window};
+use stagger_physics::particles::Particles;
+use stagger_scene::Scene;
 
 /// Solves the windows of a scene to its end; `look` sees each reply.
 fn run(scene: &str, mut look: impl FnMut(&Reply)) -> Ledger {

@@ -2,15 +2,11 @@
 
 use std::f64::consts::FRAC_PI_3;
 
+use stagger_coupling::{Frozen, Physics, Reply, Window};
 use stagger_messages::energy::Kind;
-use stagger_solver::{
-    coupling::{Frozen, Physics, Reply, Window},
-    physics::{
-        Shape, Wall,
-        particles::{
-            Contact, ContactLaw, FieldForces, Integrator, LeverArm, Material, Particles, Settings, Start, State,
-        },
-    },
+use stagger_physics::{
+    common::{Shape, Wall},
+    particles::{Contact, ContactLaw, Integrator, LeverArm, Material, Particles, Settings, Start, State},
 };
 
 pub const OVERLAP: ContactLaw = ContactLaw::Overlap { stiffness_pa: 1e8, exponent: 2.0 };
@@ -21,47 +17,21 @@ pub type Sphere = ([f64; 3], [f64; 3], f64);
 
 /// Elastic, frictionless particles in vacuum.
 pub fn settings(law: ContactLaw, density_kg_m3: f64, particles: &[Sphere]) -> Settings {
+    let start = Start::Given {
+        positions_m: particles.iter().map(|particle| particle.0).collect(),
+        velocities_m_s: particles.iter().map(|particle| particle.1).collect(),
+        radii_m: particles.iter().map(|particle| particle.2).collect(),
+        materials: vec![0; particles.len()],
+        spins_rad_s: Vec::new(),
+    };
+    let material = Material { name: "matter".into(), density_kg_m3, stiffness: None, poisson: None };
     Settings {
-        groups: Vec::new(),
-        materials: vec![Material { name: "matter".into(), density_kg_m3, stiffness: None, poisson: None }],
-        start: Start::Given {
-            positions_m: particles.iter().map(|particle| particle.0).collect(),
-            velocities_m_s: particles.iter().map(|particle| particle.1).collect(),
-            radii_m: particles.iter().map(|particle| particle.2).collect(),
-            materials: vec![0; particles.len()],
-            spins_rad_s: Vec::new(),
-        },
-        seed: 1,
-        temperature_k: 300.0,
-        reads_temperature: false,
-        reads_vapourised: false,
-        writes_material: false,
-        writes_contact_forces: false,
-        substrate: None,
-        contact: Contact {
-            law,
-            softening_rate: 0.0,
-            softening_reference_k: 300.0,
-            softening_floor_pa: 0.0,
-            damping_n_s_m3: 0.0,
-            restitution: None,
-        },
-        friction: None,
-        rolling: None,
-        pairs: Vec::new(),
-        bond: None,
-        bonds: None,
-        drag: None,
-        fields: FieldForces::default(),
+        contact: Contact { softening_floor_pa: 0.0, ..Contact::new(law) },
         gravity_m_s2: [0.0; 3],
-        walls: Vec::new(),
-        spin: false,
-        // Closed forms are of spheres that hardly overlap; what the arm to the contact point keeps is tested beside the code.
+        // Closed forms are of spheres that hardly overlap; what the arm to the contact point keeps is in `conserved_motion`.
         lever_arm: LeverArm::Radius,
         integrator: VERLET,
-        skin: 0.3,
-        pours: Vec::new(),
-        domain: None,
+        ..Settings::new(start, material, law)
     }
 }
 

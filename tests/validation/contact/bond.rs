@@ -2,11 +2,9 @@
 
 use std::f64::consts::PI;
 
+use stagger_coupling::Physics;
 use stagger_messages::energy::Kind;
-use stagger_solver::{
-    coupling::Physics,
-    physics::particles::{ContactLaw, Friction, Integrator, OverlapBond, Particles, Settings, Start},
-};
+use stagger_physics::particles::{ContactLaw, Friction, Integrator, OverlapBond, Particles, Settings, Start};
 
 use super::bed::*;
 

@@ -1,10 +1,8 @@
 //! What all forces between particles conserve together, and what the ledger says of the rest.
 
+use stagger_coupling::{Physics, Reply};
 use stagger_messages::energy::Kind;
-use stagger_solver::{
-    coupling::{Physics, Reply},
-    physics::particles::{ContactLaw, Friction, Integrator, OverlapBond, Particles, Rolling, Settings, State},
-};
+use stagger_physics::particles::{ContactLaw, Friction, Integrator, OverlapBond, Particles, Rolling, Settings, State};
 
 use super::{bed::*, spin::spins};
 

@@ -1,11 +1,9 @@
 //! The same bits: for any number of threads, and after a state was stored and read again.
 
-use stagger_solver::{
-    coupling::{Frozen, Physics, Reply, Window},
-    physics::{
-        Shape, Wall,
-        particles::{Integrator, Particles, State},
-    },
+use stagger_coupling::{Frozen, Physics, Reply, Window};
+use stagger_physics::{
+    common::{Shape, Wall},
+    particles::{Integrator, Particles, State},
 };
 
 use super::{

@@ -2,12 +2,10 @@
 
 use std::f64::consts::PI;
 
-use stagger_solver::{
-    coupling::Physics,
-    physics::{
-        Shape, Wall,
-        particles::{ContactLaw, Friction, Integrator, Particles, Settings, Start},
-    },
+use stagger_coupling::Physics;
+use stagger_physics::{
+    common::{Shape, Wall},
+    particles::{ContactLaw, Friction, Integrator, Particles, Settings, Start},
 };
 
 use super::{bed::*, spin::spins};

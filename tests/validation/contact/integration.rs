@@ -159,7 +159,7 @@ fn held_particles_stay_where_they_are_while_their_contacts_soften() {
 
     settings.walls = vec![floor()];
     settings.walls[0].motion =
-        stagger_solver::physics::walls::Motion::Path(stagger_solver::physics::walls::Series::constant([0.0; 3]));
+        stagger_physics::common::walls::Motion::Path(stagger_physics::common::walls::Series::constant([0.0; 3]));
     let refused = Particles::new(settings).unwrap_err().to_string();
     assert!(refused.contains("floor moves or pours, and particles that are held cannot follow"), "{refused}");
 }

@@ -1,10 +1,8 @@
 //! What the laws of motion do not depend on: the frame, the directions of space, and the order of the particles.
 
 use proptest::{collection::vec, prelude::*, sample::select};
-use stagger_solver::{
-    coupling::Physics,
-    physics::particles::{ContactLaw, Friction, Integrator, OverlapBond, Particles},
-};
+use stagger_coupling::Physics;
+use stagger_physics::particles::{ContactLaw, Friction, Integrator, OverlapBond, Particles};
 
 use super::{
     bed::*,

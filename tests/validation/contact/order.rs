@@ -1,10 +1,8 @@
 //! The measured order of both integrators with everything a contact does: pressing, damping, sticking and sliding by the
 //! spring, rolling and torsion, and softening as it gets hotter.
 
-use stagger_solver::{
-    coupling::{Frozen, Physics, Reply, Window},
-    physics::particles::{ContactLaw, Friction, Integrator, Particles, Rolling, Settings, State},
-};
+use stagger_coupling::{Frozen, Physics, Reply, Window};
+use stagger_physics::particles::{ContactLaw, Friction, Integrator, Particles, Rolling, Settings, State};
 
 use super::{bed::*, integration::temperature, spin::spins};
 

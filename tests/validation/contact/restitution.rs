@@ -3,11 +3,9 @@
 use std::f64::consts::PI;
 
 use super::bed::*;
+use stagger_coupling::Physics;
 use stagger_messages::energy::Kind;
-use stagger_solver::{
-    coupling::Physics,
-    physics::particles::{ContactLaw, Integrator, Particles, Settings},
-};
+use stagger_physics::particles::{ContactLaw, Integrator, Particles, Settings};
 
 const RADIUS: f64 = 0.05;
 const DENSITY: f64 = 2000.0;

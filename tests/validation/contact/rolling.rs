@@ -1,11 +1,9 @@
 //! Resistance to rolling and torsion.
 
-use stagger_solver::{
-    coupling::Reply,
-    physics::{
-        Shape, Wall,
-        particles::{ContactLaw, Friction, Integrator, Particles, Rolling, Settings, State},
-    },
+use stagger_coupling::Reply;
+use stagger_physics::{
+    common::{Shape, Wall},
+    particles::{ContactLaw, Friction, Integrator, Particles, Rolling, Settings, State},
 };
 
 use super::{bed::*, spin::spins};

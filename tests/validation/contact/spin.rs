@@ -1,7 +1,7 @@
 //! Spins, which no field carries: read from the state as it is stored.
 
 use serde_json::{from_value, to_value};
-use stagger_solver::physics::particles::State;
+use stagger_physics::particles::State;
 
 /// Spins in rad/s by row.
 pub fn spins(state: &State) -> Vec<[f64; 3]> {

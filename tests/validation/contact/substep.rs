@@ -1,14 +1,12 @@
 //! What the automatic substep foresees of a contact, and what makes a window be solved again with a finer one.
 
+use stagger_coupling::Physics as _;
 use stagger_messages::energy::Kind;
-use stagger_solver::{
-    coupling::Physics as _,
-    physics::{
-        Shape, Wall,
-        particles::{
-            Charge, ContactLaw, Electromagnetic, FieldForces, FieldRegion, Friction, Integrator, Pair, Particles,
-            Presence, Rolling, Settings, Start,
-        },
+use stagger_physics::{
+    common::{Shape, Wall},
+    particles::{
+        Charge, ContactLaw, Electromagnetic, FieldForces, FieldRegion, Friction, Integrator, Pair, Particles, Presence,
+        Rolling, Settings, Start,
     },
 };
 

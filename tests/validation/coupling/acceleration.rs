@@ -6,7 +6,7 @@
 //! eigenvalues given and cosines as eigenvectors, b is random and changes from window to window by the factors of
 //! [`LOADS`], for which the plain iteration takes as many iterations as preCICE's to within two.
 
-use stagger_solver::coupling::{Acceleration, Accelerator, Iterates};
+use stagger_coupling::{Acceleration, Accelerator, Iterates};
 
 const N: usize = 1000;
 const TOLERANCE: f64 = 1e-8;

@@ -2,15 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use stagger_solver::{
-    coupling::{Local, Participant},
-    physics::{
-        Shape, Wall,
-        particles::{
-            Contact, ContactLaw, FieldForces, Integrator, LeverArm, Material, Particles, Settings as Motion, Start,
-        },
-        thermal::{Conductance, Overshoot, Settings as Heat, Thermal},
-    },
+use stagger_coupling::{Local, Participant};
+use stagger_physics::{
+    common::{Shape, Wall},
+    particles::{Contact, ContactLaw, Integrator, Material, Particles, Settings as Motion, Start},
+    thermal::{Conductance, Overshoot, Settings as Heat, Thermal},
 };
 
 use super::{
@@ -24,46 +20,29 @@ fn wall(name: &str, at: f64, normal: f64, temperature_k: f64) -> Wall {
 
 fn members(integrator: Integrator, phi: f64) -> BTreeMap<String, Box<dyn Participant>> {
     let walls = vec![wall("cold", 0.0, 1.0, WALLS[0]), wall("hot", GAP, -1.0, WALLS[1])];
+    let start = Start::Given {
+        positions_m: vec![[START[0], 0.0, 0.0], [START[1], 0.0, 0.0]],
+        velocities_m_s: vec![[START[2], 0.0, 0.0], [START[3], 0.0, 0.0]],
+        radii_m: vec![RADIUS; 2],
+        materials: vec![0; 2],
+        spins_rad_s: Vec::new(),
+    };
+    let material = Material { name: "matter".into(), density_kg_m3: DENSITY, stiffness: None, poisson: None };
+    let law = ContactLaw::Overlap { stiffness_pa: STIFFNESS, exponent: 2.0 };
     let motion = Motion {
-        groups: Vec::new(),
-        materials: vec![Material { name: "matter".into(), density_kg_m3: DENSITY, stiffness: None, poisson: None }],
-        start: Start::Given {
-            positions_m: vec![[START[0], 0.0, 0.0], [START[1], 0.0, 0.0]],
-            velocities_m_s: vec![[START[2], 0.0, 0.0], [START[3], 0.0, 0.0]],
-            radii_m: vec![RADIUS; 2],
-            materials: vec![0; 2],
-            spins_rad_s: Vec::new(),
-        },
         seed: 0,
         temperature_k: START[4],
         reads_temperature: true,
-        reads_vapourised: false,
-        writes_material: false,
-        writes_contact_forces: false,
-        substrate: None,
         contact: Contact {
-            law: ContactLaw::Overlap { stiffness_pa: STIFFNESS, exponent: 2.0 },
             softening_rate: SOFTENING.0,
             softening_reference_k: SOFTENING.1,
             softening_floor_pa: 0.0,
-            damping_n_s_m3: 0.0,
-            restitution: None,
+            ..Contact::new(law)
         },
-        friction: None,
-        rolling: None,
-        pairs: Vec::new(),
-        bond: None,
-        bonds: None,
-        drag: None,
-        fields: FieldForces::default(),
         gravity_m_s2: [0.0; 3],
         walls: walls.clone(),
-        spin: false,
-        lever_arm: LeverArm::ContactPoint,
         integrator,
-        skin: 0.3,
-        pours: Vec::new(),
-        domain: None,
+        ..Motion::new(start, material, law)
     };
     let heat = Heat {
         count: 2,

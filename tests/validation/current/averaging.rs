@@ -1,6 +1,6 @@
 //! The monograph's averaging.
 
-use stagger_solver::physics::current::{Conductivity, Method, Settings, Solver};
+use stagger_physics::current::{Conductivity, Method, Settings, Solver};
 
 use super::network::{AVERAGING, Network, books, density, near, of, settings, solve};
 
@@ -53,7 +53,7 @@ fn what_touches_no_electrified_wall_carries_exactly_nothing_and_two_walls_share_
     let mut islands = Network::of(6);
     islands.pairs = vec![(0, 1, 2.0, 1.0), (2, 3, 1.0, 1.0), (4, 1, 0.0, 1.0)];
     islands.walls = vec![(0, 0, 3.0, 1.0), (0, 1, 1.0, 1.0), (3, 2, 1.0, 1.0), (5, 1, 0.0, 1.0)];
-    let electrodes = [density(8.0), density(0.0), stagger_solver::physics::walls::Electrode::default()];
+    let electrodes = [density(8.0), density(0.0), stagger_physics::common::walls::Electrode::default()];
     let reply = solve(&settings(AVERAGING, &electrodes, 6), &islands);
     // Particle 0 has three quarters of its wall contact at 8 A/m²; its neighbour has only it.
     assert_eq!(of(&reply, "current_density"), [6.0, 6.0, 0.0, 0.0, 0.0, 0.0]);

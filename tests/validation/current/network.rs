@@ -2,15 +2,11 @@
 
 use std::{f64::consts::PI, sync::Arc};
 
+use stagger_coupling::{Frozen, Physics, Reply, SolveError, Window};
 use stagger_messages::{Energy, Field, Fields, Values};
-use stagger_solver::{
-    SolveError,
-    coupling::{Frozen, Physics, Reply, Window},
-    physics::{
-        Conductance, Shape, Wall,
-        current::{Conductivity, Current, Method, Model, Settings, Solver, State},
-        walls::Electrode,
-    },
+use stagger_physics::{
+    common::{Conductance, Shape, Wall, walls::Electrode},
+    current::{Conductivity, Current, Method, Model, Settings, Solver, State},
 };
 
 pub const POTENTIAL: Model = Model::Potential { conductance: Conductance::Monograph };

@@ -2,13 +2,10 @@
 
 use std::f64::consts::PI;
 
-use stagger_solver::{
-    SolveError,
-    physics::{
-        Conductance,
-        current::{Conductivity, Current, Method, Model, Settings, Solver, State, Transition},
-        walls::Electrode,
-    },
+use stagger_coupling::SolveError;
+use stagger_physics::{
+    common::{Conductance, walls::Electrode},
+    current::{Conductivity, Current, Method, Model, Settings, Solver, State, Transition},
 };
 
 use super::network::{AVERAGING, Network, POTENTIAL, ampere, books, density, near, of, settings, solve, step, volt};

@@ -1,9 +1,7 @@
 //! What a window books: means, switching, warm starts, particles that come and go.
 
-use stagger_solver::{
-    coupling::{Frozen, Physics, Window},
-    physics::current::{Conductivity, Current, Settings, State, Transition},
-};
+use stagger_coupling::{Frozen, Physics, Window};
+use stagger_physics::current::{Conductivity, Current, Settings, State, Transition};
 
 use super::network::{Network, POTENTIAL, WINDOW, books, fields, near, of, settings, solve, step, volt};
 

@@ -2,10 +2,8 @@
 
 use std::f64::consts::PI;
 
-use stagger_solver::{
-    SolveError,
-    physics::thermal::{Ambient, Enthalpy, Settings, Solver, Thermal},
-};
+use stagger_coupling::SolveError;
+use stagger_physics::thermal::{Ambient, Enthalpy, Settings, Solver, Thermal};
 
 use super::{
     CAPACITY_J_K, Contacts, RADIUS_M, SOLVERS, enthalpy, joule, observed_order, settings, solve, temperatures,

@@ -1,11 +1,9 @@
 //! Heat through changes of phase: energy in equals m (C Δθ + latent heat) to rounding, for any step, in both directions.
 
 use proptest::prelude::*;
+use stagger_coupling::Ledger;
 use stagger_messages::Energy;
-use stagger_solver::{
-    coupling::Ledger,
-    physics::thermal::{Enthalpy, PhaseChange, Phases, Settings, Solver, Thermal},
-};
+use stagger_physics::thermal::{Enthalpy, PhaseChange, Phases, Settings, Solver, Thermal};
 
 use super::{
     AREA_M2, CAPACITY_J_K, Contacts, DENSITY_KG_M3, DISTANCE_M, HEAT_CAPACITY_J_KG_K, RADIUS_M, SOLVERS, TIME_S,

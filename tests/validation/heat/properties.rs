@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use stagger_solver::physics::thermal::{Enthalpy, Settings, Solver, Table, Thermal};
+use stagger_physics::thermal::{Enthalpy, Settings, Solver, Table, Thermal};
 
 use super::{
     AREA_M2, CAPACITY_J_K, Contacts, DENSITY_KG_M3, DISTANCE_M, HEAT_CAPACITY_J_KG_K, Physics as _, RADIUS_M, SOLVERS,

@@ -1,6 +1,6 @@
 //! One-phase Stefan problem on a chain: the front of melting moves as s = 2 λ √(α t).
 
-use stagger_solver::physics::thermal::{PhaseChange, Phases, Settings, Solver, Thermal};
+use stagger_physics::thermal::{PhaseChange, Phases, Settings, Solver, Thermal};
 
 use super::{
     Contacts, HEAT_CAPACITY_J_KG_K, Physics as _, RADIUS_M, SOLVERS, TIME_S, block, enthalpy, settings, solve, wall,

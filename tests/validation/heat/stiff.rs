@@ -1,6 +1,6 @@
 //! Steps far above the explicit limit, by both solvers.
 
-use stagger_solver::physics::thermal::{PhaseChange, Phases, Settings, Solver, Thermal};
+use stagger_physics::thermal::{PhaseChange, Phases, Settings, Solver, Thermal};
 
 use super::{SOLVERS, TIME_S, block, enthalpy, grown, joule, observed_order, settings, solve, temperatures, wall};
 

@@ -1,8 +1,8 @@
 //! Light by rays (Zohdi 2018, ch. 10): Fresnel's values, shares in closed form, power that is neither made nor lost.
 
-use stagger_solver::physics::{
+use stagger_physics::{
+    common::rays::{Limits, POINTS, Pattern, RefractiveIndex, SHOWN, Sampling, reflectance},
     optics::Surface,
-    rays::{Limits, POINTS, Pattern, RefractiveIndex, SHOWN, Sampling, reflectance},
 };
 
 use super::*;

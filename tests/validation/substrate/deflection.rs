@@ -2,15 +2,13 @@
 
 use std::{collections::BTreeMap, f64::consts::PI, sync::Arc};
 
+use stagger_coupling::{Frozen, Ledger, Local, Participant, Physics, Window};
 use stagger_messages::{Field, Measure, Port};
-use stagger_solver::{
-    coupling::{Frozen, Ledger, Local, Participant, Physics, Window},
-    physics::{
-        particles::Particles,
-        substrate::{Settings, Substrate, deflection_m},
-    },
-    scene::Scene,
+use stagger_physics::{
+    particles::Particles,
+    substrate::{Settings, Substrate, deflection_m},
 };
+use stagger_scene::Scene;
 
 use super::{
     super::coupling::run,

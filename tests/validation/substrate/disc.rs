@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use super::{POINT_M, Tensor, difference, divergence, load, norm, plane_integral, stress_at};
-use stagger_solver::physics::substrate::{Load, NEAR_RADII};
+use stagger_physics::substrate::{Load, NEAR_RADII};
 
 /// Point loads over the disc of radius 1 in the shares of Hertz's pressure: ρ = sin θ, midpoint rule.
 fn as_points(whole: &Load, rings: u32, turns: u32) -> Vec<Load> {

@@ -7,7 +7,7 @@ use rand_chacha::{
     ChaCha8Rng,
     rand_core::{RngCore, SeedableRng},
 };
-use stagger_solver::physics::substrate::{FarField, Load, Samples, stress_at};
+use stagger_physics::substrate::{FarField, Load, Samples, stress_at};
 
 use super::{Tensor, difference};
 

@@ -3,14 +3,11 @@
 use std::{f64::consts::PI, sync::Arc};
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
+use stagger_coupling::{Frozen, Physics, Reply, SolveError, Window};
 use stagger_messages::{Field, Fields, Port, Values};
-use stagger_solver::{
-    SolveError,
-    coupling::{Frozen, Physics, Reply, Window},
-    physics::{
-        Shape, Wall,
-        substrate::{Grid, Load, Settings, Substrate, stress_at},
-    },
+use stagger_physics::{
+    common::{Shape, Wall},
+    substrate::{Grid, Load, Settings, Substrate, stress_at},
 };
 
 use super::{Tensor, difference, norm};

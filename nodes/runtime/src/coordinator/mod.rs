@@ -1,0 +1,354 @@
+//! The coordinator's side of the link: finds the nodes, checks that they fit together, has them iterate.
+
+pub mod backpressure;
+mod checkpoints;
+mod ensemble;
+mod hearing;
+pub mod monitor;
+pub mod supervision;
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    sync::{
+        PoisonError,
+        mpsc::{Receiver, Sender},
+    },
+    time::{Duration, Instant},
+};
+
+use checkpoints::Checkpoints;
+use stagger_coupling::{COORDINATOR, ControlError, Inbox, PlanError, SolveError};
+use stagger_messages::{
+    Checkpoint, Envelope, Field, FieldSummary, Iterate, Manifest, MessageError, Ports, SCHEMA_VERSION, Version, codec,
+    keys,
+};
+
+use crate::{
+    diagnostics,
+    link::{Arrival, Declared, Link, LinkError, Outlet},
+    run::summary,
+};
+
+/// How often it is told which nodes are still waited for.
+const REMIND: Duration = Duration::from_secs(30);
+
+/// Why a run ended before its end.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// The link failed.
+    #[error(transparent)]
+    Link(#[from] LinkError),
+    /// The step control gave up, or a node cannot go on.
+    #[error(transparent)]
+    Control(#[from] ControlError),
+    /// The nodes do not fit together.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// A message that should have been one of ours.
+    #[error(transparent)]
+    Message(#[from] MessageError),
+    /// A state that cannot be encoded or restored.
+    #[error(transparent)]
+    Solve(#[from] SolveError),
+    /// A node that cannot be started again.
+    #[error("node `{node}` cannot be started again: {message}")]
+    Restart {
+        /// The node.
+        node: String,
+        /// Why.
+        message: String,
+    },
+    /// Nodes that never announced themselves.
+    #[error("{} did not announce themselves within {} s: look at their messages above", .nodes.join(", "), .patience.as_secs())]
+    Absent {
+        /// The nodes.
+        nodes: Vec<String>,
+        /// How long they had.
+        patience: Duration,
+    },
+    /// A node of another scene or another version.
+    #[error("node `{node}` does not belong to this run: {difference}")]
+    Foreign {
+        /// The node.
+        node: String,
+        /// What differs.
+        difference: String,
+    },
+    /// A node that ended.
+    #[error("node `{node}` is gone, in {at}: {last_words}")]
+    Lost {
+        /// The node.
+        node: String,
+        /// What it was asked for.
+        at: String,
+        /// The last it said.
+        last_words: String,
+    },
+    /// A node failed before its start.
+    #[error("node `{node}` cannot start: {message}")]
+    Start {
+        /// The node.
+        node: String,
+        /// Its words.
+        message: String,
+    },
+    /// A node that is there but gives no answer.
+    #[error("node `{node}` has not answered for {} s, in {at}", .patience.as_secs())]
+    Silent {
+        /// The node.
+        node: String,
+        /// What it was asked for.
+        at: String,
+        /// How long it had.
+        patience: Duration,
+    },
+    /// The user asked to stop before the first step, or the step under way does not end.
+    #[error("interrupted")]
+    Interrupted,
+}
+
+/// What the coordinator needs from who started the nodes.
+pub trait Keeper {
+    /// What a node said last, for the message about its end.
+    fn last_words(&mut self, node: &str) -> String;
+    /// Whether the user wants the run to end.
+    fn interrupted(&self) -> bool;
+    /// A node whose process has ended before it announced itself.
+    fn ended_early(&mut self) -> Option<String>;
+    /// Whether a node that has ended, in its start or later, would only end the same way again, as far as its end tells.
+    fn is_hopeless(&mut self, _node: &str, _at_start: bool) -> bool {
+        false
+    }
+    /// Ends what is left of a node and starts it again.
+    ///
+    /// # Errors
+    /// It cannot be started again, in words.
+    fn restart(&mut self, node: &str) -> Result<(), String>;
+}
+
+/// What the coordinator hears.
+enum Event {
+    Report(Arrival),
+    Field(Arrival),
+    Snapshot(Arrival),
+    Alive(String, bool),
+}
+
+/// The nodes of a run at the other end of the link.
+pub struct Remote<'a> {
+    link: Link,
+    run: String,
+    epoch: u32,
+    sequence: u64,
+    directives: Outlet,
+    hear: Sender<Event>,
+    events: Receiver<Event>,
+    keeper: &'a mut dyn Keeper,
+    nodes: BTreeSet<String>,
+    /// Processes by node; one that was given up is not among them.
+    alive: BTreeMap<String, BTreeSet<String>>,
+    buried: BTreeSet<(String, String)>,
+    /// The process of each node that takes part: another of its name may be there before this one's end is seen.
+    current: BTreeMap<String, String>,
+    order: Vec<String>,
+    /// How long a node may work on one answer.
+    hang: Duration,
+    /// Answers of accelerated fields.
+    inbox: Inbox,
+    /// What was published instead of them last.
+    published: (Version, BTreeMap<String, Field>),
+    outlets: BTreeMap<String, Outlet>,
+    /// What the nodes were asked last, in the form in which it is asked again.
+    asked: Option<(Envelope, Iterate)>,
+    checkpoints: Checkpoints,
+    farewells: BTreeMap<String, Vec<FieldSummary>>,
+    finished: bool,
+    refused: u64,
+    declared: Vec<Declared>,
+}
+
+impl<'a> Remote<'a> {
+    /// Listens for the nodes of `run`. A node that works on one answer for longer than `hang` is taken for dead. Where
+    /// the run goes on from a checkpoint, the nodes are given that.
+    ///
+    /// # Errors
+    /// The link fails.
+    pub fn new(
+        link: Link,
+        run: &str,
+        nodes: BTreeSet<String>,
+        hang: Duration,
+        resume: Option<Checkpoint>,
+        keeper: &'a mut dyn Keeper,
+    ) -> Result<Self, LinkError> {
+        let (hear, events) = std::sync::mpsc::channel();
+        let (reports, snapshots, life) = (hear.clone(), hear.clone(), hear.clone());
+        let mut checkpoints = Checkpoints::new(link.publisher_by_socket(keys::checkpoint(run))?);
+        if let Some(mut checkpoint) = resume {
+            // It was another run's; now it is the point this one starts from.
+            let envelope = checkpoint.envelope.get_or_insert_default();
+            (envelope.run, envelope.epoch) = (run.into(), 1);
+            checkpoints.keep(checkpoint)?;
+        }
+        // A coordinator that has ended needs no more events.
+        let mut declared = vec![
+            link.subscribe(&keys::reports(run), move |arrival| {
+                let _ = reports.send(Event::Report(arrival));
+            })?,
+            link.subscribe(&keys::snapshot(run, "*"), move |arrival| {
+                let _ = snapshots.send(Event::Snapshot(arrival));
+            })?,
+            link.watch(&keys::live_all(run), move |key, alive| {
+                let _ = life.send(Event::Alive(key, alive));
+            })?,
+        ];
+        for node in &nodes {
+            let (key, node, states) = (keys::restore(run, node), node.clone(), checkpoints.states());
+            declared.push(link.answer(&key.clone(), move || {
+                let states = states.lock().unwrap_or_else(PoisonError::into_inner);
+                let arrival = |payload| Arrival { key: key.clone(), attachment: bytes::Bytes::new(), payload };
+                states.get(&node).cloned().map(arrival).into_iter().collect()
+            })?);
+        }
+        declared.push(link.announce(&keys::live(run, COORDINATOR, &std::process::id().to_string()))?);
+        let directives = link.publisher(keys::directive(run))?;
+        Ok(Self {
+            link,
+            run: run.into(),
+            epoch: 1,
+            sequence: 0,
+            directives,
+            hear,
+            events,
+            keeper,
+            nodes,
+            alive: BTreeMap::new(),
+            buried: BTreeSet::new(),
+            current: BTreeMap::new(),
+            order: Vec::new(),
+            hang,
+            inbox: Inbox::default(),
+            published: (Version::INITIAL, BTreeMap::new()),
+            outlets: BTreeMap::new(),
+            asked: None,
+            checkpoints,
+            farewells: BTreeMap::new(),
+            finished: false,
+            refused: 0,
+            declared,
+        })
+    }
+
+    /// Whether a node that is gone, in its start or later, would only end the same way again.
+    pub fn is_hopeless(&mut self, node: &str, at_start: bool) -> bool {
+        self.keeper.is_hopeless(node, at_start)
+    }
+
+    /// The last whole checkpoint, or the one the run goes on from, with its version.
+    #[must_use]
+    pub fn last_checkpoint(&self) -> Option<(Version, &Checkpoint)> {
+        self.checkpoints.last().map(|checkpoint| (checkpoint.version(), checkpoint))
+    }
+
+    /// Gives a node up and has it started again. What follows is a new epoch.
+    ///
+    /// # Errors
+    /// It cannot be started.
+    pub fn revive(&mut self, node: &str) -> Result<(), RunError> {
+        let current = self.current.remove(node);
+        for instance in self.alive.get(node).cloned().unwrap_or_default() {
+            // Before the first handshake nobody is current, and whoever is there is given up.
+            if current.as_ref().is_none_or(|current| *current == instance) {
+                self.hear_life(&keys::live(&self.run, node, &instance), false);
+                self.buried.insert((node.into(), instance));
+            }
+        }
+        self.epoch += 1;
+        self.sequence = 0;
+        self.checkpoints.drop_unfinished();
+        self.keeper.restart(node).map_err(|message| RunError::Restart { node: node.into(), message })
+    }
+
+    /// Waits until every node has announced itself, and asks each for its ports.
+    ///
+    /// # Errors
+    /// A node does not come, or belongs to another run.
+    pub fn gather(&mut self, scene_hash: u64, patience: Duration) -> Result<BTreeMap<String, Manifest>, RunError> {
+        let begun = Instant::now();
+        let mut remind = begun + REMIND;
+        while self.nodes.iter().any(|node| !self.alive.contains_key(node)) {
+            if Instant::now() >= remind {
+                remind += REMIND;
+                let absent: Vec<_> = self.nodes.iter().filter(|node| !self.alive.contains_key(*node)).collect();
+                let names = absent.into_iter().map(String::as_str).collect::<Vec<_>>().join(", ");
+                diagnostics::note(&format!("still waiting for {names}, of whom nothing has been heard"));
+            }
+            if self.keeper.interrupted() {
+                return Err(RunError::Interrupted);
+            }
+            if let Some(node) = self.keeper.ended_early() {
+                return Err(self.lost(node, "its start".into()));
+            }
+            if begun.elapsed() > patience {
+                let absent = self.nodes.iter().filter(|node| !self.alive.contains_key(*node));
+                let nodes = absent.map(|node| format!("`{node}`")).collect();
+                return Err(RunError::Absent { nodes, patience });
+            }
+            match self.events.recv_timeout(Duration::from_millis(50)) {
+                Ok(Event::Alive(key, alive)) => self.hear_life(&key, alive),
+                // Nothing is asked of the epoch to come, so nothing can be an answer.
+                Ok(Event::Report(_) | Event::Field(_) | Event::Snapshot(_)) => self.refused += 1,
+                Err(_) => {}
+            }
+        }
+        let mut manifests = BTreeMap::new();
+        for node in &self.nodes.clone() {
+            let answer = self.link.ask(&keys::manifest(&self.run, node), patience)?;
+            // It was here; whoever of it is left does not hear.
+            let Some(answer) = answer.first() else { return Err(self.lost(node.clone(), "its start".into())) };
+            let manifest: Manifest = codec::decode("manifest", &answer.payload)?;
+            if let Some(difference) = difference(&manifest, &self.run, scene_hash) {
+                return Err(RunError::Foreign { node: node.clone(), difference });
+            }
+            self.current.insert(node.clone(), manifest.instance.clone());
+            manifests.insert(node.clone(), manifest);
+        }
+        Ok(manifests)
+    }
+
+    /// What the fields held at the end, as the nodes said when they left.
+    #[must_use]
+    pub fn final_fields(&self) -> Vec<FieldSummary> {
+        summary::told_apart(self.farewells.iter().map(|(node, fields)| (node.as_str(), fields.clone())))
+    }
+
+    /// Nodes that ended without a word about their fields.
+    #[must_use]
+    pub fn without_farewell(&self) -> Vec<String> {
+        self.nodes.iter().filter(|node| !self.farewells.contains_key(*node)).cloned().collect()
+    }
+
+    /// Messages refused so far.
+    #[must_use]
+    pub fn refused(&self) -> u64 {
+        self.refused
+    }
+}
+
+fn difference(manifest: &Manifest, run: &str, scene_hash: u64) -> Option<String> {
+    if manifest.schema != SCHEMA_VERSION {
+        Some(format!("it speaks schema {}, this coordinator {SCHEMA_VERSION}", manifest.schema))
+    } else if manifest.run != run {
+        Some(format!("it takes part in run `{}`", manifest.run))
+    } else if manifest.scene_hash != scene_hash {
+        Some("it was started with another scene or other --set values".into())
+    } else {
+        None
+    }
+}
+
+/// Ports by node.
+#[must_use]
+pub fn ports(manifests: &BTreeMap<String, Manifest>) -> BTreeMap<String, Ports> {
+    manifests.iter().map(|(node, manifest)| (node.clone(), manifest.ports.clone().unwrap_or_default())).collect()
+}

@@ -1,0 +1,363 @@
+//! `stagger run`: the whole scene, from the launch of its nodes to the summary.
+
+pub mod in_process;
+pub mod interrupt;
+pub mod outputs;
+pub mod records;
+pub mod resume;
+pub mod scene_files;
+pub mod summary;
+pub mod view;
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::{Path, PathBuf},
+    sync::{
+        Arc, Mutex,
+        atomic::{AtomicBool, Ordering},
+    },
+    time::{Duration, SystemTime, UNIX_EPOCH},
+};
+
+use stagger_coupling::{COORDINATOR, End, Ensemble as _, Participant, Precedent};
+use stagger_messages::{Checkpoint, keys};
+use stagger_recordings::{RecordingError, RunInfo};
+use stagger_scene::Scene;
+
+use crate::{
+    coordinator::{
+        self, Keeper, Remote, RunError,
+        monitor::Monitor,
+        supervision::{self, Restart},
+    },
+    diagnostics,
+    launch::{
+        Common, Launcher,
+        roster::{RosterError, Runs, participant, roster},
+    },
+    link::{
+        Arrival, Link, LinkError, Role,
+        endpoint::{Endpoint, EndpointError},
+    },
+    node::recorded::{Replayed, ReplayedError, Replays},
+    run::{
+        in_process::Threads,
+        outputs::OutputError,
+        records::{Records, Target},
+        summary::{FinalField, Summary},
+    },
+};
+
+/// How long nodes that somebody starts by hand have to announce themselves.
+const PATIENCE_BY_HAND: Duration = Duration::from_secs(600);
+/// How long another coordinator may take to answer that it has the run's name.
+const TAKEN: Duration = Duration::from_secs(2);
+
+/// What is asked for beside the scene.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// File of the scene, for the nodes.
+    pub scene: PathBuf,
+    /// `--set` values.
+    pub overrides: Vec<(String, String)>,
+    /// Recording that holds the scene's files where they are not beside it.
+    pub files: Option<PathBuf>,
+    /// Whether the nodes cannot read the scene and its files themselves: it came from a pipe.
+    pub hand_over: bool,
+    /// Recording to write; `None` writes none.
+    pub record: Option<Target>,
+    /// Nodes as threads instead of processes.
+    pub in_process: bool,
+    /// Threads of each node.
+    pub threads: Option<usize>,
+    /// Nodes replaced by commands.
+    pub commands: BTreeMap<String, Vec<String>>,
+    /// Nodes replaced by recorded ones.
+    pub replays: Replays,
+    /// The bridge to show the run in while it goes on.
+    pub view: Option<PathBuf>,
+    /// Where nodes started by hand are met; `None` starts them all here.
+    pub by_hand: Option<Role>,
+    /// Name of the run; `None` makes one.
+    pub name: Option<String>,
+    /// Zenoh configuration file.
+    pub config: Option<PathBuf>,
+    /// The checkpoint to go on from; `None` starts at t = 0.
+    pub resume: Option<Checkpoint>,
+}
+
+/// Why a run did not come to its end.
+#[derive(Debug, thiserror::Error)]
+pub enum Failed {
+    /// The run itself.
+    #[error(transparent)]
+    Run(#[from] RunError),
+    /// The link.
+    #[error(transparent)]
+    Link(#[from] LinkError),
+    /// The recording.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
+    /// A node that cannot be built.
+    #[error(transparent)]
+    Roster(#[from] RosterError),
+    /// A recorded node that cannot stand in.
+    #[error(transparent)]
+    Replayed(#[from] ReplayedError),
+    /// The recording's file.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// The hub's endpoint.
+    #[error(transparent)]
+    Endpoint(#[from] EndpointError),
+    /// The viewer.
+    #[error(transparent)]
+    View(#[from] view::ViewError),
+    /// Another coordinator of the same name, behind the same router.
+    #[error("run `{0}` has a coordinator already\nhint: give this one another name with --run")]
+    Taken(String),
+    /// A file or a process.
+    #[error("{what}: {source}")]
+    Io {
+        /// What was tried.
+        what: String,
+        /// What the system said.
+        source: std::io::Error,
+    },
+}
+
+fn io(what: impl Into<String>) -> impl FnOnce(std::io::Error) -> Failed {
+    move |source| Failed::Io { what: what.into(), source }
+}
+
+/// A run that did not come to its end.
+#[derive(Debug)]
+pub struct Stopped {
+    /// Why.
+    pub why: Failed,
+    /// Where it is recorded until then; `None` where it had not begun, or is not recorded.
+    pub recording: Option<PathBuf>,
+}
+
+/// Runs a scene. `interrupted` ends it after the current step.
+///
+/// # Errors
+/// A node, the link or the recording fails. What was recorded until then is kept.
+pub fn run(scene: &Scene, options: Options, interrupted: &Arc<AtomicBool>) -> Result<Summary, Stopped> {
+    let mut recording = None;
+    go(scene, options, interrupted, &mut recording).map_err(|why| Stopped { why, recording })
+}
+
+fn go(
+    scene: &Scene,
+    options: Options,
+    interrupted: &Arc<AtomicBool>,
+    recorded_in: &mut Option<PathBuf>,
+) -> Result<Summary, Failed> {
+    let mut nodes = roster(scene);
+    nodes.extend(options.commands.iter().map(|(node, command)| (node.clone(), Runs::Command(command.clone()))));
+    nodes.extend(options.replays.files.iter().map(|(node, file)| (node.clone(), Runs::Recorded(file.clone()))));
+    let run = options.name.clone().unwrap_or_else(|| run_name(&options.scene));
+    let (role, mut endpoint) = match &options.by_hand {
+        Some(role) => (role.clone(), Endpoint::elsewhere("")),
+        None => {
+            let endpoint = Endpoint::new(&run)?;
+            (Role::Hub { listen: vec![endpoint.name.clone()] }, endpoint)
+        }
+    };
+    let own_name = matches!(role, Role::Node { .. }).then_some(COORDINATOR);
+    let link = Link::open_as(&role, options.config.as_deref(), own_name)?;
+    endpoint.listened();
+    if matches!(role, Role::Node { .. }) && !link.ask(&keys::manifest(&run, "coordinator"), TAKEN)?.is_empty() {
+        return Err(Failed::Taken(run));
+    }
+    let info = run_info(&run, scene, &options);
+    let mut records = Records::start(&link, &info, scene, options.record.as_ref(), options.view.as_ref(), interrupted)?;
+    let asked = Arrival {
+        key: keys::manifest(&run, "coordinator"),
+        attachment: bytes::Bytes::new(),
+        payload: serde_json::to_vec(&info).map_err(std::io::Error::from).map_err(io("cannot describe the run"))?.into(),
+    };
+    let _about = link.answer(&asked.key.clone(), move || vec![asked.clone()])?;
+    let names: BTreeSet<String> = nodes.keys().cloned().collect();
+    let handed_over = if options.hand_over && !options.in_process { endpoint.hand_over(scene)? } else { None };
+    let common = Common {
+        run: run.clone(),
+        connect: endpoint.name.clone(),
+        scene: handed_over.as_ref().map_or(&options.scene, |handed| &handed.scene).clone(),
+        overrides: options.overrides.clone(),
+        files: handed_over.and_then(|handed| handed.files).or(options.files.clone()),
+        scene_hash: scene.hash,
+        threads: options.threads,
+    };
+    let endpoint = Arc::new(Mutex::new(endpoint));
+    let mut keeper: Box<dyn Keeper> = if options.in_process {
+        let mut participants = BTreeMap::new();
+        for (node, runs) in &nodes {
+            match runs {
+                Runs::Physics(kind) => participants.insert(node.clone(), participant(scene, node, kind)?),
+                Runs::Recorded(file) => participants.insert(node.clone(), Box::new(Replayed::open(file, node)?)),
+                Runs::Command(_) => return Err(RosterError::Kind(format!("{node} (a command, in one process)")).into()),
+            };
+        }
+        Box::new(Threads::start(&link, &run, scene.hash, participants, Arc::clone(interrupted))?)
+    } else if options.by_hand.is_some() {
+        // Those of recordings need no process of their own.
+        let mut participants: BTreeMap<String, Box<dyn Participant>> = BTreeMap::new();
+        for (node, file) in &options.replays.files {
+            participants.insert(node.clone(), Box::new(Replayed::open(file, node)?));
+        }
+        let awaited = names.iter().filter(|name| !participants.contains_key(*name)).cloned().collect();
+        diagnostics::note(&format!("run {run} waits on {} for {}", role.endpoints(), join(&awaited)));
+        let recorded = Threads::start(&link, &run, scene.hash, participants, Arc::clone(interrupted))?;
+        Box::new(ByHand { interrupted: Arc::clone(interrupted), recorded })
+    } else {
+        let launcher = Launcher::start(&nodes, common, Arc::clone(&endpoint), Arc::clone(interrupted));
+        Box::new(launcher.map_err(io("cannot start the nodes"))?)
+    };
+    let by_hand = options.by_hand.is_some();
+    let patience = if by_hand { PATIENCE_BY_HAND } else { Duration::from_secs_f64(scene.recovery.start_s) };
+    let hang = Duration::from_secs_f64(scene.recovery.hang_s);
+    let mut monitor = Monitor::new(scene.duration_s, Arc::clone(interrupted));
+    monitor.rejections = scene.coupling.rejections;
+    monitor.pace = records.pace();
+    let resume = options.resume.clone();
+    let mut remote = Remote::new(link.clone(), &run, names, hang, resume, keeper.as_mut())?;
+    let mut restarts = Vec::new();
+    let precedent = options.replays.precedent.as_ref();
+    let ended = conduct(scene, &mut remote, &mut records, &mut monitor, precedent, patience, &mut restarts);
+    let wall_s = monitor.finish();
+    *recorded_in = records.path();
+    if let Err(error) = &ended {
+        // The nodes may be gone themselves; the error above is the one to tell.
+        let _ = remote.finish(None, false, &error.to_string());
+    }
+    let fields = remote.final_fields();
+    let (refused, missing) = (remote.refused(), remote.without_farewell());
+    drop(remote);
+    // All has been heard: the file is whole before anything that may take its time.
+    let waited = monitor.pace.as_ref().map_or(Duration::ZERO, |pace| pace.waited);
+    let recording = records.finish(waited);
+    drop(keeper);
+    let closed = link.close();
+    let end = ended?;
+    if let Err(error) = closed {
+        // A reader that takes nothing, such as a stopped viewer: the run is complete without it.
+        diagnostics::warn(&format!("{error}: a reader of the run does not answer; nothing of the run is missing"));
+    }
+    Ok(Summary {
+        format: summary::FORMAT,
+        run,
+        title: scene.title.clone(),
+        completed: end == End::Completed,
+        wall_s,
+        exchanges: monitor.nodes.values().map(|work| work.exchanges).sum(),
+        bytes: monitor.nodes.values().map(|work| work.bytes).sum(),
+        refused: refused + monitor.nodes.values().map(|work| work.refused).sum::<u64>(),
+        imbalance: monitor.ledger.imbalances(),
+        on_the_way: monitor.ledger.on_the_way(),
+        ledger: monitor.ledger.nodes().clone(),
+        steps: monitor.steps,
+        nodes: monitor.nodes,
+        hash: summary::hash(&fields),
+        fields: fields.iter().map(FinalField::from).collect(),
+        missing,
+        restarts,
+        recording: recording?,
+    })
+}
+
+fn conduct(
+    scene: &Scene,
+    remote: &mut Remote<'_>,
+    records: &mut Records,
+    monitor: &mut Monitor,
+    precedent: Option<&Arc<Precedent>>,
+    patience: Duration,
+    restarts: &mut Vec<Restart>,
+) -> Result<End, Failed> {
+    let manifests = supervision::gather(scene, remote, patience, restarts)?;
+    records.manifests(&manifests);
+    // Nodes that do not fit together make no run, and leave no recording of none.
+    stagger_coupling::plan(&coordinator::ports(&manifests), &scene.coupling).map_err(RunError::from)?;
+    records.place()?;
+    Ok(supervision::conduct(scene, remote, &manifests, monitor, precedent, patience, restarts)?)
+}
+
+fn join(names: &BTreeSet<String>) -> String {
+    names.iter().map(String::as_str).collect::<Vec<_>>().join(", ")
+}
+
+/// Nodes started by somebody else, and those of recordings.
+struct ByHand {
+    interrupted: Arc<AtomicBool>,
+    recorded: Threads,
+}
+
+impl Keeper for ByHand {
+    fn last_words(&mut self, node: &str) -> String {
+        if self.recorded.has(node) {
+            return self.recorded.last_words(node);
+        }
+        "it was started by hand: look at its own messages".into()
+    }
+
+    fn interrupted(&self) -> bool {
+        self.interrupted.load(Ordering::Relaxed)
+    }
+
+    fn ended_early(&mut self) -> Option<String> {
+        self.recorded.ended_early()
+    }
+
+    fn restart(&mut self, node: &str) -> Result<(), String> {
+        if self.recorded.has(node) {
+            return self.recorded.restart(node);
+        }
+        diagnostics::note(&format!("waiting for `{node}` to be started again by hand"));
+        Ok(())
+    }
+}
+
+/// `<scene>-<unix seconds>-<process>`: unique on this host, and legal in a key.
+fn run_name(scene: &Path) -> String {
+    let stem = scene.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+    let legal: String = stem
+        .chars()
+        .map(|c| if c.is_ascii_alphanumeric() || c == '-' || c == '_' { c } else { '-' })
+        .take(32)
+        .collect();
+    // A name that begins with `-` is an option to every program it is given to.
+    let legal = match legal.trim_start_matches('-') {
+        "" => "run",
+        legal => legal,
+    };
+    format!("{legal}-{}-{}", unix_time().as_secs(), std::process::id())
+}
+
+fn unix_time() -> Duration {
+    // A clock before 1970 is wrong anyway.
+    SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default()
+}
+
+fn run_info(run: &str, scene: &Scene, options: &Options) -> RunInfo {
+    let cores = std::thread::available_parallelism().map_or(0, std::num::NonZero::get);
+    RunInfo {
+        run: run.into(),
+        scene_file: options.scene.display().to_string(),
+        scene_text: scene.text.clone(),
+        files: scene.files.clone(),
+        scene_hash: scene.hash,
+        overrides: options.overrides.clone(),
+        replayed: options.replays.files.iter().map(|(node, file)| (node.clone(), file.display().to_string())).collect(),
+        commands: options.commands.iter().map(|(node, words)| (node.clone(), words.join(" "))).collect(),
+        seed: scene.seed,
+        program: concat!("stagger ", env!("CARGO_PKG_VERSION")).into(),
+        started_unix_ns: u64::try_from(unix_time().as_nanos()).unwrap_or(u64::MAX),
+        machine: BTreeMap::from([
+            ("os".into(), std::env::consts::OS.into()),
+            ("architecture".into(), std::env::consts::ARCH.into()),
+            ("cores".into(), cores.to_string()),
+        ]),
+    }
+}

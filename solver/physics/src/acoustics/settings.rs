@@ -1,0 +1,42 @@
+use serde::Serialize;
+
+use super::Interface;
+use crate::common::{
+    beam::{Path, Pulses},
+    rays::Sampling,
+};
+
+/// Everything the push of a sound beam depends on. SI units.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Settings {
+    /// Number of particles at t = 0.
+    pub count: usize,
+    /// The beam of sound.
+    pub beam: SoundBeam,
+    /// The surface of the particles in the fluid.
+    pub interface: Interface,
+    /// The rays.
+    pub sampling: Sampling,
+    /// Unit normals of the planes among the walls, at rest: a ray that leaves the particles against one that faces the beam
+    /// has met that wall.
+    pub walls: Vec<[f64; 3]>,
+}
+
+/// A beam of sound of the same intensity over its cross-section, along `direction`, on from `starts_s` to `ends_s`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SoundBeam {
+    /// Intensity while on, in W/m².
+    pub intensity_w_m2: f64,
+    /// Radius of the cross-section, in m.
+    pub radius_m: f64,
+    /// Unit vector it travels along.
+    pub direction: [f64; 3],
+    /// Where the beam's axis passes.
+    pub path: Path,
+    /// When it is switched on, in s.
+    pub starts_s: f64,
+    /// When it is switched off, in s; infinity is never.
+    pub ends_s: f64,
+    /// Pulses; `None` is continuous.
+    pub pulses: Option<Pulses>,
+}

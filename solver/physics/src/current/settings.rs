@@ -1,0 +1,67 @@
+use serde::Serialize;
+
+pub use super::conductivity::{Conductivity, Transition};
+use crate::common::{Conductance, Wall};
+
+/// Everything the current through the particles depends on. SI units.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Settings {
+    /// Number of particles at t = 0.
+    pub count: usize,
+    /// How the current is computed.
+    pub model: Model,
+    /// Electrical conductivity of the particles.
+    pub conductivity: Conductivity,
+    /// Temperature of every particle where none is read, and of new ones, in K.
+    pub temperature_k: f64,
+    /// Walls, in the order of the scene.
+    pub walls: Vec<Wall>,
+    /// When the walls are electrified, in s.
+    pub starts_s: f64,
+    /// When they no longer are, in s; infinity is never.
+    pub ends_s: f64,
+    /// How the linear equations are solved.
+    pub solver: Solver,
+    /// True where a thermal physics writes `temperature` and the conductivity depends on it.
+    pub reads_temperature: bool,
+    /// True where particles may come and go during the run: `ids` then says which row is whose.
+    pub reads_ids: bool,
+}
+
+/// How the current is computed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Model {
+    /// The monograph's: a particle's current density is the mean of its neighbours', weighted by contact area (Zohdi 2018,
+    /// eqs. 8.13–8.14). Walls are given current densities.
+    Averaging {
+        /// Share a of the Joule power that becomes heat, in [0, 1] (eq. 8.6).
+        heat_share: f64,
+    },
+    /// Kirchhoff's laws on the network of contacts: charge and energy are conserved. Walls are given potentials or currents.
+    Potential {
+        /// How a contact conducts.
+        conductance: Conductance,
+    },
+}
+
+/// How the linear equations are solved.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Solver {
+    /// The method.
+    pub method: Method,
+    /// Residual over right-hand side, in the 2-norm, at which it ends.
+    pub tolerance: f64,
+    /// Iterations after which it gives up.
+    pub iterations: u32,
+}
+
+/// A method for linear equations.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Method {
+    /// Conjugate gradients with Jacobi's preconditioner.
+    ConjugateGradient,
+    /// Jacobi's sweeps, the monograph's: for comparison.
+    Jacobi,
+}

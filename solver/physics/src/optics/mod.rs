@@ -1,0 +1,290 @@
+//! Light absorbed by the particles from a laser beam.
+
+mod beer_lambert;
+mod beer_lambert_monograph;
+mod energy_balance;
+mod rays;
+mod settings;
+
+use stagger_coupling::{Frozen, Physics, Reply, SolveError, Window};
+use std::{borrow::Cow, collections::BTreeMap, sync::Arc};
+
+pub use beer_lambert::Lines;
+use rays::Rays;
+use serde::{Deserialize, Serialize};
+pub use settings::*;
+use stagger_messages::{Energy, Field, Fields, Measure, Port, Ports, Support};
+
+use crate::common::{
+    beam::{AtInstant, Frame, ends},
+    checks::{energy_j, field, positive, radii, setting, values},
+    rays::{Outcome, POINTS, SHOWN},
+    rows::by_ids,
+};
+
+const NODE: &str = "optics";
+
+/// Power that each particle absorbs from a laser beam, by one of the [`Model`]s.
+///
+/// `absorbed_power` is the mean over the window: P̄ ½ (f(t) + f(t+Δt)). P̄ is the exact mean of the beam's power, and f
+/// the share a particle takes with the geometry and the spot at the window's start and end; second order in Δt. The
+/// share at a window's end is kept as the next one's start, so a window costs one evaluation of the geometry, and none
+/// while the beam is off. Where particles came or went at the window's start, its geometry is that of others, and f is
+/// the share at the end throughout.
+///
+/// The ledger's `passed` is `laser` − `absorbed`: what reaches the substrate. [`Model::BeerLambertMonograph`] may absorb
+/// more than the beam carries, and then `passed` is negative; the figure `absorbed over laser` shows it. Hence
+/// [`Model::BeerLambert`] is the form to prefer. With [`Model::Rays`] all that the beam gave is counted where it ends: `passed`
+/// met a plane wall, `escaped` left into the open, and `residual` is of rays that ended among the particles.
+pub struct Optics {
+    /// Number of particles at t = 0.
+    count: usize,
+    beam: Beam,
+    frame: Frame,
+    absorption: Absorption,
+    written: Written,
+    reads_ids: bool,
+}
+
+/// A [`Model`] made ready.
+enum Absorption {
+    EnergyBalance { capacities_j_m3_k: Vec<f64> },
+    BeerLambert { absorption_1_m: f64, lines: Lines },
+    BeerLambertMonograph { absorption_1_m: f64 },
+    Rays(Rays),
+}
+
+struct Written {
+    absorbed_power: Arc<Port>,
+    beam_spot: Arc<Port>,
+    beam_radius: Arc<Port>,
+    beam_power: Arc<Port>,
+    /// With rays only.
+    ray_paths: Option<Arc<Port>>,
+}
+
+/// What the next window starts with.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct State {
+    /// Share of the beam's power that each particle takes at the end of the last window, where the beam was on in it.
+    shares: Option<AtInstant<Share>>,
+}
+
+/// Share of the beam's power that each particle takes at one instant.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct Share {
+    values: Vec<f64>,
+    /// With rays, what became of the rest, and where some of them go.
+    traced: Option<(Outcome, Vec<f64>)>,
+}
+
+impl Optics {
+    /// Checks the settings and lays out the lines that sample the beam.
+    ///
+    /// # Errors
+    /// A setting is outside its range, or the lines are too many.
+    pub fn new(settings: Settings) -> Result<Self, SolveError> {
+        settings.beam.check(NODE)?;
+        let check = |a: f64| setting(NODE, "absorption", a, a.is_finite() && a >= 0.0, "finite and at least 0 /m");
+        let absorption = match settings.model {
+            Model::EnergyBalance => {
+                for &capacity in &settings.capacities_j_m3_k {
+                    positive(NODE, "heat capacity of a material", capacity)?;
+                }
+                Absorption::EnergyBalance { capacities_j_m3_k: settings.capacities_j_m3_k.clone() }
+            }
+            Model::BeerLambert { absorption_1_m, spacing_m } => {
+                check(absorption_1_m)?;
+                positive(NODE, "spacing of lines", spacing_m)?;
+                Absorption::BeerLambert { absorption_1_m, lines: Lines::new(&settings.beam.profile, spacing_m)? }
+            }
+            Model::BeerLambertMonograph { absorption_1_m } => {
+                check(absorption_1_m)?;
+                Absorption::BeerLambertMonograph { absorption_1_m }
+            }
+            Model::Rays { sampling, surface } => {
+                sampling.check(NODE)?;
+                surface.check()?;
+                Absorption::Rays(Rays::new(&settings, sampling, surface))
+            }
+        };
+        let frame = Frame::new(settings.beam.direction);
+        let paths = || Arc::new(Port::f64("ray_paths", "m", "rays", 3 * POINTS as u32, Measure::None));
+        let written = Written {
+            absorbed_power: Arc::new(Port::f64("absorbed_power", "W", "particles", 1, Measure::Magnitude)),
+            beam_spot: Arc::new(Port::f64("beam_spot", "m", "beam", 3, Measure::None)),
+            beam_radius: Arc::new(Port::f64("beam_radius", "m", "beam", 1, Measure::None)),
+            beam_power: Arc::new(Port::f64("beam_power", "W", "beam", 1, Measure::None)),
+            ray_paths: matches!(absorption, Absorption::Rays(_)).then(paths),
+        };
+        let Settings { count, beam, reads_ids, .. } = settings;
+        Ok(Self { count, beam, frame, absorption, written, reads_ids })
+    }
+
+    fn reads_melted(&self) -> bool {
+        matches!(&self.absorption, Absorption::Rays(rays) if rays.may_melt())
+    }
+
+    fn reads_material(&self) -> bool {
+        matches!(&self.absorption, Absorption::EnergyBalance { capacities_j_m3_k } if capacities_j_m3_k.len() > 1)
+    }
+
+    /// What the particles are made of, as places in the list of materials.
+    fn kinds<'f>(&self, fields: &'f Fields) -> Result<&'f [u32], SolveError> {
+        let (kinds, radii) = (field(fields, "material")?, field(fields, "radii")?);
+        if kinds.support != radii.support {
+            return Err(SolveError::Mismatch(format!(
+                "{NODE}: field `material` is of {} particles at revision {}, but `radii` of {} at revision {}",
+                kinds.support.count, kinds.support.revision, radii.support.count, radii.support.revision
+            )));
+        }
+        Ok(kinds.u32()?)
+    }
+
+    /// The particles' liquid shares on the rows of `fields`. Those of a writer that has not seen yet who came or went follow
+    /// the particles by their numbers; new ones are solid.
+    fn melted<'f>(&self, frozen: &'f Frozen, fields: &'f Fields, rows: usize) -> Result<Cow<'f, [f64]>, SolveError> {
+        let (melted, now) = (field(fields, "melted")?, &field(fields, "radii")?.support);
+        if melted.support == *now {
+            return values(NODE, fields, "melted", rows, "`radii`").map(Cow::Borrowed);
+        }
+        let ids = [&frozen.start, &frozen.end].into_iter().filter_map(|fields| fields.get("ids"));
+        let of = |support: &Support| ids.clone().find(|ids| ids.support == *support);
+        let (Some(then), Some(now)) = (of(&melted.support), of(now)) else {
+            return Err(SolveError::Mismatch(format!(
+                "{NODE}: field `melted` is of {} particles at revision {}, but `radii` of {} at revision {}, and no field \
+                 `ids` says which is which",
+                melted.support.count, melted.support.revision, now.count, now.revision
+            )));
+        };
+        let shares = values(NODE, fields, "melted", melted.rows(), "it")?;
+        by_ids(shares, then.u32()?, now.u32()?, 0.0).map(Cow::Owned)
+    }
+
+    /// What each particle takes of the beam's power at one instant.
+    fn share(&self, frozen: &Frozen, fields: &Fields, t_s: f64) -> Result<Share, SolveError> {
+        let radii_m = radii(NODE, fields)?;
+        let positions_m = values(NODE, fields, "positions", radii_m.len(), "`radii`")?;
+        let spot_m = self.beam.spot_m(t_s);
+        let centres_m = || self.frame.centres_m(positions_m, spot_m);
+        let values = match &self.absorption {
+            Absorption::EnergyBalance { capacities_j_m3_k } => {
+                let kinds = self.reads_material().then(|| self.kinds(fields)).transpose()?;
+                energy_balance::shares(radii_m, kinds, capacities_j_m3_k)?
+            }
+            Absorption::BeerLambert { absorption_1_m, lines } => lines.absorbed(*absorption_1_m, &centres_m(), radii_m),
+            Absorption::BeerLambertMonograph { absorption_1_m } => {
+                beer_lambert_monograph::absorbed(&self.beam.profile, *absorption_1_m, &centres_m(), radii_m)
+            }
+            Absorption::Rays(rays) => {
+                let melted = self.reads_melted().then(|| self.melted(frozen, fields, radii_m.len())).transpose()?;
+                return Ok(rays.absorbed(&self.frame, spot_m, positions_m, radii_m, melted.as_deref()));
+            }
+        };
+        Ok(Share { values, traced: None })
+    }
+
+    /// `absorbed_w` belongs to the particles of `revision`; `end` is what was found at `t_s`, where the beam was on.
+    fn fields(
+        &self,
+        absorbed_w: Vec<f64>,
+        revision: u64,
+        mean_power_w: f64,
+        t_s: f64,
+        end: Option<&Share>,
+    ) -> Result<Fields, SolveError> {
+        let spot_m = self.beam.spot_m(t_s);
+        let mut written = vec![
+            Field::new(&self.written.absorbed_power, revision, absorbed_w)?,
+            Field::new(&self.written.beam_spot, 0, spot_m.as_slice().to_vec())?,
+            Field::new(&self.written.beam_radius, 0, vec![self.beam.profile.radius_m()])?,
+            Field::new(&self.written.beam_power, 0, vec![mean_power_w])?,
+        ];
+        if let Some(port) = &self.written.ray_paths {
+            let traced = end.and_then(|end| end.traced.as_ref());
+            // Without light all of them are the spot.
+            let paths_m = traced.map_or_else(|| spot_m.as_slice().repeat(SHOWN * POINTS), |(_, paths)| paths.clone());
+            written.push(Field::new(port, 0, paths_m)?);
+        }
+        Ok(written.into_iter().map(|field| (field.name().to_owned(), field)).collect())
+    }
+}
+
+impl Physics for Optics {
+    type State = State;
+
+    fn ports(&self) -> Ports {
+        let Written { absorbed_power, beam_spot, beam_radius, beam_power, ray_paths } = &self.written;
+        let mut reads = vec![
+            Port::f64("positions", "m", "particles", 3, Measure::None),
+            Port::f64("radii", "m", "particles", 1, Measure::None),
+        ];
+        if self.reads_melted() {
+            reads.push(Port::f64("melted", "1", "particles", 1, Measure::None));
+            reads.extend(self.reads_ids.then(|| Port::u32("ids", "particles", 1)));
+        }
+        if self.reads_material() {
+            reads.push(Port::u32("material", "particles", 1));
+        }
+        let writes = [absorbed_power, beam_spot, beam_radius, beam_power].into_iter().chain(ray_paths);
+        Ports { reads, writes: writes.map(|port| (**port).clone()).collect() }
+    }
+
+    fn initial(&self) -> Result<(State, Reply), SolveError> {
+        let fields = self.fields(vec![0.0; self.count], 0, 0.0, 0.0, None)?;
+        Ok((State::default(), Reply { fields, ..Reply::default() }))
+    }
+
+    fn solve(&self, state: &State, frozen: &Frozen, window: Window) -> Result<(State, Reply), SolveError> {
+        let end_s = window.t_s + window.dt_s;
+        let mean_power_w = self.beam.mean_power_w(window);
+        let particles = &field(&frozen.end, "radii")?.support;
+        let both = if mean_power_w > 0.0 {
+            let share = |fields: &Fields, t_s| self.share(frozen, fields, t_s);
+            Some(ends(state.shares.clone(), frozen, window, share)?)
+        } else {
+            None
+        };
+        let absorbed_w = match &both {
+            Some([start, end]) => {
+                let both = start.values.values.iter().zip(&end.values.values);
+                both.map(|(at_start, at_end)| mean_power_w * 0.5 * (at_start + at_end)).collect()
+            }
+            None => vec![0.0; field(&frozen.end, "radii")?.rows()],
+        };
+
+        let laser_j = mean_power_w * window.dt_s;
+        let absorbed_j = energy_j(&absorbed_w, window.dt_s);
+        let mut ledger = vec![Energy::gained("laser", laser_j), Energy::lost("absorbed", absorbed_j)];
+        let share = if laser_j > 0.0 { absorbed_j / laser_j } else { 0.0 };
+        let mut figures = BTreeMap::from([("absorbed over laser".to_owned(), share)]);
+        match &self.absorption {
+            Absorption::Rays(rays) => {
+                let outcomes = both.as_ref().map(|both| {
+                    let outcome = |end: &AtInstant<Share>| {
+                        end.values.traced.as_ref().map_or_else(Outcome::default, |(outcome, _)| *outcome)
+                    };
+                    [outcome(&both[0]), outcome(&both[1])]
+                });
+                let [start, end] = outcomes.unwrap_or_default();
+                let lost =
+                    |name: &str, at_start: f64, at_end: f64| Energy::lost(name, laser_j * 0.5 * (at_start + at_end));
+                ledger.push(lost("passed", start.passed, end.passed));
+                ledger.push(lost("escaped", start.escaped, end.escaped));
+                ledger.push(lost("residual", start.residual, end.residual));
+                figures.insert("rays".to_owned(), rays.count() as f64);
+                figures.insert("reflections".to_owned(), end.strikes as f64);
+            }
+            absorption => {
+                ledger.push(Energy::lost("passed", laser_j - absorbed_j));
+                if let Absorption::BeerLambert { lines, .. } = absorption {
+                    figures.insert("lines".to_owned(), lines.count as f64);
+                }
+            }
+        }
+        let end = both.map(|[_, end]| end);
+        let kept = end.as_ref().map(|end| &*end.values);
+        let fields = self.fields(absorbed_w, particles.revision, mean_power_w, end_s, kept)?;
+        Ok((State { shares: end }, Reply { fields, ledger, figures, ..Reply::default() }))
+    }
+}

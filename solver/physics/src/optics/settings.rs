@@ -1,0 +1,71 @@
+use serde::Serialize;
+
+pub use crate::common::beam::{Beam, Path, Profile, Pulses};
+use crate::common::rays::{RefractiveIndex, Sampling};
+
+/// Everything the absorption of the laser depends on. SI units.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Settings {
+    /// Number of particles at t = 0.
+    pub count: usize,
+    /// How absorption is computed.
+    pub model: Model,
+    /// The laser beam.
+    pub beam: Beam,
+    /// Unit normals of the planes among the walls, at rest: a ray that leaves the particles against one that faces the beam
+    /// has met that wall.
+    pub walls: Vec<[f64; 3]>,
+    /// Heat capacity ρ C of each material at the start, in J/(m³ K), in the order in which particles name them: by these
+    /// [`Model::EnergyBalance`] spreads the power. Empty with other models and where there is one material.
+    pub capacities_j_m3_k: Vec<f64>,
+    /// Whether particles come and go, so that a field may belong to those of another instant.
+    pub reads_ids: bool,
+}
+
+/// How absorption is computed, cheapest first.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Model {
+    /// All power spread over the particles by their heat capacity m C, which is by mass where they are of one material
+    /// (Zohdi 2018, eq. 6.39).
+    EnergyBalance,
+    /// Beer–Lambert with shadowing, energy-conserving: parallel lines sample the beam's cross-section, and each
+    /// particle on a line takes 1 − e^{−a·chord} of what the ones above it left (eq. 6.42).
+    BeerLambert {
+        /// Absorption coefficient a, in 1/m.
+        absorption_1_m: f64,
+        /// Distance between sampling lines, in m.
+        spacing_m: f64,
+    },
+    /// The monograph's form H = a I V with the irradiance at the particle's centre (eqs. 6.38, 6.42).
+    BeerLambertMonograph {
+        /// Absorption coefficient a, in 1/m.
+        absorption_1_m: f64,
+    },
+    /// Rays that the particles reflect and absorb (ch. 10).
+    Rays {
+        /// The rays.
+        sampling: Sampling,
+        /// What a particle reflects.
+        surface: Surface,
+    },
+}
+
+impl Settings {
+    /// Whether a field says what each particle is made of.
+    #[must_use]
+    pub fn reads_material(&self) -> bool {
+        self.capacities_j_m3_k.len() > 1
+    }
+}
+
+/// What particles reflect of the light that meets them.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Surface {
+    /// Refractive index of solid particles over that of the gas.
+    pub solid: RefractiveIndex,
+    /// That of molten ones; the particles' `melted` is then read. `None` is as solid.
+    pub molten: Option<RefractiveIndex>,
+    /// Magnetic permeability μ̂ over that of the gas; positive.
+    pub permeability: f64,
+}
