@@ -422,9 +422,9 @@ fn particles_of_which_nothing_else_is_said_are_those_of_the_solver() {
     for law in ["overlap", "{ law = \"hertz\", young = 1, poisson = 0 }", "{ law = \"linear\", spring = 1 }"] {
         let read = parse(least, &[("particles.contact", law)]).particles.unwrap();
         let (start, material) = (read.start.clone(), read.materials[0].clone());
-        let new = stagger_physics::particles::Settings::new(start, material, read.contact.law);
+        let new = ParticlesSettings::new(start, material, read.contact.law);
         assert_eq!((new.groups.len(), read.groups.len()), (0, 1));
-        assert_eq!(read, stagger_physics::particles::Settings { groups: read.groups.clone(), ..new });
+        assert_eq!(read, ParticlesSettings { groups: read.groups.clone(), ..new });
     }
 }
 
