@@ -11,6 +11,7 @@ mod commands;
 mod current;
 mod damage;
 mod disk;
+mod earlier;
 mod exports;
 mod faults;
 mod files;
