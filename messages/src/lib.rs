@@ -94,6 +94,7 @@ impl Port {
             kind: ValueKind::F64.into(),
             measure: measure.into(),
             adds_up: false,
+            optional: false,
         }
     }
 
@@ -118,6 +119,7 @@ impl Port {
             kind: kind.into(),
             measure: Measure::None.into(),
             adds_up: false,
+            optional: false,
         }
     }
 
@@ -131,6 +133,12 @@ impl Port {
     #[must_use]
     pub fn as_sum(&self) -> Self {
         Self { adds_up: true, ..self.as_read() }
+    }
+
+    /// The same field as a reader announces it that does without where no node writes it.
+    #[must_use]
+    pub fn as_optional(&self) -> Self {
+        Self { optional: true, ..self.as_read() }
     }
 }
 

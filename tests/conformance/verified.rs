@@ -6,7 +6,7 @@ use std::{
 };
 
 use serde_json::Value;
-use stagger_physics::thermal::Thermal;
+use stagger_physics::thermal::{Settings, Thermal};
 use stagger_runtime::node::plug_in;
 use tempfile::TempDir;
 
@@ -15,7 +15,8 @@ use super::NODE;
 /// The built-in thermal physics as a plug-in of somebody's own; `wrong` ones weigh the window's end alone.
 pub fn thermal(wrong: bool) -> ExitCode {
     plug_in::main(|setup| {
-        let mut settings = setup.scene()?.thermal.ok_or("the scene has no [thermal]")?;
+        let scene = setup.scene()?;
+        let mut settings = scene.settings::<Settings>().ok_or("the scene has no [thermal]")?.clone();
         settings.phi = if wrong { 1.0 } else { settings.phi };
         Ok(Thermal::new(settings)?)
     })

@@ -85,7 +85,9 @@ fn an_exported_state_is_the_recorded_one_and_can_be_a_start() {
     );
     let read = |path: &str| std::fs::read(place.path("series").join(path)).map_err(|error| error.to_string());
     let scene = Scene::parse_with_files(&text, "x.toml", &[], &read).unwrap();
-    let Start::Given { positions_m, velocities_m_s, radii_m, .. } = scene.particles.unwrap().start else {
+    let Start::Given { positions_m, velocities_m_s, radii_m, .. } =
+        scene.settings::<stagger_physics::particles::Settings>().unwrap().clone().start
+    else {
         panic!("given")
     };
     let recorded = |name: &str| last.fields[name].f64().unwrap().to_vec();

@@ -2,7 +2,7 @@
 //!
 //! Friction turned each sphere at the arm R, and R_i + R_j is longer than the distance of spheres that overlap: two spheres that rub
 //! past each other ended with 0.25 % more angular momentum than friction had moved between them. The arms now end at the contact
-//! point. Crowds and unequal spheres are in the solver's own tests.
+//! point. Crowds and unequal spheres are in tests/validation/contact/conserved_motion.rs.
 
 use stagger_coupling::{Frozen, Physics as _, Reply, Window};
 use stagger_physics::particles::{Particles, Settings, Start};
@@ -43,7 +43,7 @@ fn angular_momenta(reply: &Reply) -> (f64, f64) {
 /// Angular momentum made over that which friction moved, of two spheres that rub past each other.
 fn made(lever_arm: &str) -> f64 {
     let overrides = [("particles.lever-arm".into(), lever_arm.into())];
-    let settings = Scene::parse(SCENE, "pair.toml", &overrides).unwrap().particles.unwrap();
+    let settings = Scene::parse(SCENE, "pair.toml", &overrides).unwrap().settings::<Settings>().unwrap().clone();
     let start = Start::Given {
         positions_m: vec![[0.0, 0.0, -0.000_500_25], [0.0, 0.0, 0.000_500_25]],
         velocities_m_s: vec![[0.1, 0.0, 0.025], [-0.1, 0.0, -0.025]],

@@ -17,7 +17,7 @@ pub fn follow(scene: &str, files: &[(&str, &str)], sets: &[(&str, &str)], mut lo
     let sets: Vec<_> = sets.iter().map(|(key, value)| ((*key).into(), (*value).into())).collect();
     let scene =
         Scene::parse_with_files(scene, "scene.toml", &sets, &read).unwrap_or_else(|problems| panic!("{problems}"));
-    let particles = Particles::new(scene.particles.unwrap()).unwrap();
+    let particles = Particles::new(scene.settings::<stagger_physics::particles::Settings>().unwrap().clone()).unwrap();
     let (mut state, mut reply) = particles.initial().unwrap();
     let longest_s = scene.coupling.dt.limit_s;
     let (mut t_s, mut dt_s, mut cuts) = (0.0, longest_s, 0);

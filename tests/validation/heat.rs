@@ -44,10 +44,7 @@ fn settings(count: usize) -> Settings {
         overshoot: Overshoot::Implicit,
         pour_temperature_k: None,
         start: None,
-        reads_absorbed_power: false,
-        reads_joule_power: false,
         enthalpy: None,
-        reads_ids: false,
         tolerance: 1e-14,
         iterations: 1000,
     }
@@ -293,7 +290,7 @@ fn heat_is_neither_made_nor_lost() {
     for phi in [0.0, 0.3, 0.5, 1.0] {
         for tolerance in [1e-3, 1e-12] {
             let walls = walls.clone();
-            let of = Settings { walls, phi, tolerance, reads_absorbed_power: true, ..settings(count) };
+            let of = Settings { walls, phi, tolerance, ..settings(count) };
             let thermal = Thermal::new(of).unwrap();
             let (mut state, reply) = thermal.initial().unwrap();
             let (mut stored_j, mut through_j) = (joule(&reply.ledger, "heat"), 0.0_f64);
@@ -316,7 +313,7 @@ fn heat_is_neither_made_nor_lost() {
 
 #[test]
 fn absorbed_power_heats_a_lone_sphere_by_h_dt_over_m_c() {
-    let thermal = Thermal::new(Settings { reads_absorbed_power: true, ..settings(1) }).unwrap();
+    let thermal = Thermal::new(Settings { ..settings(1) }).unwrap();
     let alone = Contacts { radii_m: vec![RADIUS_M], absorbed_w: vec![0.02], ..Contacts::default() };
     let (state, _) = thermal.initial().unwrap();
     let (_, reply) = solve(&thermal, &state, &alone, &alone, 1e-4).unwrap();

@@ -27,7 +27,7 @@ dt = "0.1 ms"
 
 fn settings(overrides: &[(&str, &str)]) -> Settings {
     let overrides: Vec<_> = overrides.iter().map(|(key, value)| ((*key).into(), (*value).into())).collect();
-    Scene::parse(SCENE, "settling.toml", &overrides).unwrap().particles.unwrap()
+    Scene::parse(SCENE, "settling.toml", &overrides).unwrap().settings::<Settings>().unwrap().clone()
 }
 
 /// Packing fraction of spheres in a column of the given base: their mean height is half the bed's.

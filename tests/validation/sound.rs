@@ -189,7 +189,7 @@ fn pushed(start: &str, integrator: &str, push_n: [f64; 6], dt_s: f64, windows: u
          [coupling]\ntolerance = {{ positions = 1e-6, acoustic_force = 1e-6 }}\ndt = {{ start = 1e-3, limit = 1e-3 }}\n"
     );
     let scene = Scene::parse(&text, "pushed.toml", &[]).unwrap();
-    let particles = Particles::new(scene.particles.unwrap()).unwrap();
+    let particles = Particles::new(scene.settings::<stagger_physics::particles::Settings>().unwrap().clone()).unwrap();
     let port = Port::f64("acoustic_force", "N", "particles", 3, Measure::None);
     assert_eq!(particles.ports().reads, [port.as_sum()]);
     let force = Field::new(&Arc::new(port), 0, push_n.to_vec()).unwrap();

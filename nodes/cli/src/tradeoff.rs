@@ -86,12 +86,10 @@ pub(super) fn tradeoff(arguments: TradeoffArguments, threads: Option<usize>) -> 
 
 /// The fields that the scene's physics advance.
 fn rows(scene: &Scene) -> Vec<Quantity> {
-    let fields = [
-        ("positions", scene.particles.is_some()),
-        ("velocities", scene.particles.is_some()),
-        ("temperature", scene.thermal.is_some()),
-    ];
-    fields.into_iter().filter(|(_, there)| *there).map(|(field, _)| Quantity::Each(field.into())).collect()
+    let ports: Vec<_> = scene.physics.values().flat_map(|settings| settings.ports().writes).collect();
+    let is_written = |field: &&str| ports.iter().any(|port| port.field == *field);
+    let advanced = ["positions", "velocities", "temperature"].into_iter().filter(is_written);
+    advanced.map(|field| Quantity::Each(field.into())).collect()
 }
 
 fn ended(result: Result<Option<Result<(), End>>, Failed>) -> End {

@@ -38,6 +38,7 @@ class Port:
 
     `measure` says how the convergence of a written field is measured: "magnitude" for temperature and the like,
     "increment" for motion, "none" for what is not tested. A read field with `adds_up` may have several writers.
+    One that is `optional` may have none: it is then not among the frozen fields.
     """
 
     field: str
@@ -47,6 +48,7 @@ class Port:
     kind: str = "f64"
     measure: str = "none"
     adds_up: bool = False
+    optional: bool = False
 
     def __post_init__(self) -> None:
         if self.kind not in _TYPES:
@@ -61,7 +63,7 @@ class Port:
     def write(self, message: Any) -> None:
         """Puts the port into a message."""
         message.field, message.unit, message.support = self.field, self.unit, self.support
-        message.components, message.adds_up = self.components, self.adds_up
+        message.components, message.adds_up, message.optional = self.components, self.adds_up, self.optional
         message.kind = KIND[self.kind.upper()]
         message.measure = MEASURE[f"MEASURE_{self.measure.upper()}"]
 
@@ -71,7 +73,7 @@ class Port:
         kind, measure = _KIND_OF_NUMBER.get(message.kind), _MEASURE_OF_NUMBER.get(message.measure)
         if kind is None or measure is None or message.components < 1:
             raise Malformed(f"field `{message.field}` has no known shape")
-        shape = (message.components, kind, measure, message.adds_up)
+        shape = (message.components, kind, measure, message.adds_up, message.optional)
         return cls(message.field, message.unit, message.support, *shape)
 
 

@@ -40,7 +40,7 @@ impl Probe {
         Ok(Self {
             positions: Port::f64("positions", "m", "particles", 3, Measure::None),
             radii: scalar("radii", "m", "particles"),
-            temperature: scene.thermal.is_some().then(|| scalar("temperature", "K", "particles")),
+            temperature: scene.physics.contains_key("thermal").then(|| scalar("temperature", "K", "particles")),
             mean_height: Arc::new(scalar("mean_height", "m", "probe")),
             peak_temperature: Arc::new(scalar("peak_temperature", "K", "probe")),
         })

@@ -4,10 +4,6 @@ use stagger_messages::{Measure, NodePlan, Plan, Port, Ports, Source};
 
 use super::{Acceleration, Order, Settings, readers};
 
-/// Order in which the physics of stagger solve where the scene names none: what moves, then what heats, then what
-/// only follows.
-const DEFAULT_SEQUENCE: [&str; 5] = ["particles", "optics", "current", "thermal", "substrate"];
-
 /// A set of nodes that cannot be coupled, with every reason.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("the nodes do not fit together:\n{}", .0.iter().map(|line| format!("  {line}")).collect::<Vec<_>>().join("\n"))]
@@ -39,6 +35,7 @@ pub fn plan(nodes: &BTreeMap<String, Ports>, settings: &Settings) -> Result<Plan
         for read in &nodes[node].reads {
             let others = writers.get(read.field.as_str()).map(Vec::as_slice).unwrap_or_default();
             match others {
+                [] if read.optional => continue,
                 [] => problems.push(no_writer(node, read, nodes)),
                 [(first, _), (second, _), ..] if !read.adds_up && doubled.insert(&read.field) => problems.push(format!(
                     "field `{}` is written by both `{first}` and `{second}`, and `{node}` reads one: remove one of them",
@@ -147,8 +144,7 @@ fn order(nodes: &BTreeMap<String, Ports>, settings: &Settings, problems: &mut Ve
             order.push(name.clone());
         }
     }
-    let known = DEFAULT_SEQUENCE.iter().map(|name| (*name).to_owned()).filter(|name| nodes.contains_key(name));
-    for name in known {
+    for name in settings.default_sequence.iter().filter(|name| nodes.contains_key(*name)).cloned() {
         if !order.contains(&name) {
             order.push(name);
         }
@@ -195,7 +191,7 @@ fn no_writer(node: &str, read: &Port, nodes: &BTreeMap<String, Ports>) -> String
 fn mismatch(read: &Port, written: &Port) -> Option<String> {
     let shape =
         |port: &Port| format!("as {} x {:?} in {} on {}", port.components, port.kind(), port.unit, port.support);
-    (Port { adds_up: false, ..read.clone() } != written.as_read())
+    (Port { adds_up: false, optional: false, ..read.clone() } != written.as_read())
         .then(|| format!("{}, but {} is how", shape(read), shape(written)))
 }
 

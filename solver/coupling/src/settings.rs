@@ -7,8 +7,10 @@ use serde::{Deserialize, Serialize};
 pub struct Settings {
     /// Whether a physics sees what others computed in the same iteration.
     pub order: Order,
-    /// Names of the nodes in the order in which they solve; nodes not named follow in the default order.
+    /// Names of the nodes in the order in which they solve; nodes not named follow in the order of `default_sequence`.
     pub sequence: Vec<String>,
+    /// Names in whose order nodes solve that `sequence` does not name; others follow what they read.
+    pub default_sequence: Vec<String>,
     /// What is done to the iterates that are fed back; `fields` may name another method for one of them.
     pub acceleration: Acceleration,
     /// Convergence and acceleration of single fields.
@@ -42,6 +44,7 @@ impl Settings {
         Self {
             order: Order::GaussSeidel,
             sequence: Vec::new(),
+            default_sequence: Vec::new(),
             acceleration: Acceleration::None,
             fields: BTreeMap::new(),
             every: BTreeMap::new(),

@@ -105,8 +105,6 @@ fn main() {
         starts_s: 0.0,
         ends_s: f64::INFINITY,
         solver: Solver { method: Method::ConjugateGradient, tolerance: 1e-12, iterations: 1_000_000 },
-        reads_temperature: false,
-        reads_ids: false,
     };
     let window = Window { t_s: 0.0, dt_s: 1.0 };
     let report = |what: &str, threads: usize, solve: &(dyn Fn() -> Reply + Sync)| {

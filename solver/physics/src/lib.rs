@@ -7,7 +7,10 @@
 pub mod acoustics;
 pub mod common;
 pub mod current;
+mod kind;
 pub mod optics;
 pub mod particles;
 pub mod substrate;
 pub mod thermal;
+
+pub use kind::{Configured, PhysicsKind, ReadBodies, Settings, Surroundings};

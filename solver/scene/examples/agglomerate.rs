@@ -1,12 +1,12 @@
 //! How scenes/acoustic-pulse.toml breaks up, pulse by pulse: `cargo run --release -p stagger-scene --example agglomerate`.
 #![allow(clippy::print_stdout)]
 
-use std::{collections::BTreeMap, env, fs};
+use std::{env, fs};
 
 use nalgebra::Vector3;
-use stagger_coupling::{Course, InProcess, Local, Observer, Outcome, Participant};
+use stagger_coupling::{Course, InProcess, Observer, Outcome};
 use stagger_messages::{Decision, Ready, Verdict};
-use stagger_physics::{acoustics::Acoustics, common::rays::spheres, particles::Particles};
+use stagger_physics::{acoustics, common::rays::spheres};
 use stagger_scene::Scene;
 
 /// Centres nearer than this many diameters belong to one cluster.
@@ -51,18 +51,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .filter_map(|set| set.split_once('=').map(|(key, value)| (key.into(), value.into())))
         .collect();
     let scene = Scene::parse(&fs::read_to_string(path)?, "acoustic-pulse.toml", &overrides)?;
-    let (particles, acoustics) = scene.particles.clone().zip(scene.acoustics.clone()).ok_or("two physics")?;
+    let acoustics = scene.settings::<acoustics::Settings>().ok_or("the scene has no sound")?;
     let pulses = acoustics.beam.pulses.ok_or("a train of pulses")?;
     println!("after pulse | clusters | largest | single | root mean square distance from the middle, m | steps");
     for pulse in 0..=(scene.duration_s / pulses.period_s).round() as u32 {
-        let members: BTreeMap<String, Box<dyn Participant>> = BTreeMap::from([
-            (
-                "particles".into(),
-                Box::new(Local::new("particles", Particles::new(particles.clone())?)) as Box<dyn Participant>,
-            ),
-            ("acoustics".into(), Box::new(Local::new("acoustics", Acoustics::new(acoustics.clone())?))),
-        ]);
-        let mut ensemble = InProcess::new(members);
+        let mut ensemble = InProcess::new(scene.participants()?);
         let ports = ensemble.ports();
         let plan = stagger_coupling::plan(&ports, &scene.coupling)?;
         let duration_s = f64::from(pulse).max(1e-3) * pulses.period_s;

@@ -8,12 +8,8 @@
 
 use std::{collections::BTreeMap, env, error::Error, fs, path::Path, process::ExitCode};
 
-use stagger_coupling::{Course, InProcess, Local, Observer, Outcome, Participant};
+use stagger_coupling::{Course, InProcess, Observer, Outcome};
 use stagger_messages::{Decision, Ready, codec};
-use stagger_physics::{
-    acoustics::Acoustics, current::Current, optics::Optics, particles::Particles, substrate::Substrate,
-    thermal::Thermal,
-};
 use stagger_scene::Scene;
 
 struct Silent;
@@ -26,36 +22,9 @@ impl Observer for Silent {
     }
 }
 
-type Members = BTreeMap<String, Box<dyn Participant>>;
-
-/// The nodes of a scene that names no node but further light.
-fn members(scene: &Scene) -> Result<Members, Box<dyn Error>> {
-    let mut members = Members::new();
-    macro_rules! member {
-        ($name:expr, $physics:ident, $settings:expr) => {
-            if let Some(settings) = $settings {
-                members.insert($name.into(), Box::new(Local::new($name, $physics::new(settings.clone())?)));
-            }
-        };
-    }
-    member!("particles", Particles, &scene.particles);
-    member!("thermal", Thermal, &scene.thermal);
-    member!("optics", Optics, &scene.optics);
-    member!("current", Current, &scene.current);
-    member!("substrate", Substrate, &scene.substrate);
-    member!("acoustics", Acoustics, &scene.acoustics);
-    for (name, node) in &scene.nodes {
-        member!(name, Optics, &node.optics);
-        if node.optics.is_none() {
-            return Err(format!("node `{name}`: only light of its own can be run here").into());
-        }
-    }
-    Ok(members)
-}
-
 /// The hash that the summary of `stagger run` shows.
 fn hash(scene: &Scene) -> Result<String, Box<dyn Error>> {
-    let mut ensemble = InProcess::new(members(scene)?);
+    let mut ensemble = InProcess::new(scene.participants()?);
     let ports = ensemble.ports();
     let plan = stagger_coupling::plan(&ports, &scene.coupling)?;
     let mut course = Course::new(&scene.coupling, &plan, &stagger_coupling::measured(&ports, &plan), scene.duration_s);

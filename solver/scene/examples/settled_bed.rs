@@ -107,11 +107,8 @@ fn simulate(case: Case) -> Result<(), Box<dyn Error + Send + Sync>> {
         start: None,
         tolerance: 1e-8,
         iterations: 100,
-        reads_absorbed_power: false,
-        reads_joule_power: false,
         enthalpy: None,
         pour_temperature_k: None,
-        reads_ids: false,
     })?;
     // As in the peers' case: the lowest 3 mm are hot.
     let hot = heights_m.iter().map(|&height_m| if height_m < 0.003 { 1000.0 } else { 300.0 }).collect();

@@ -188,6 +188,7 @@ pub(super) fn read(table: Table<'_>, names: &Names<'_>) -> Option<Settings> {
     let dt = step_size(&table);
     table.finish();
     Some(Settings {
+        default_sequence: Vec::new(),
         order,
         sequence,
         acceleration: acceleration?,

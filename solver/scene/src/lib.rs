@@ -3,56 +3,70 @@
 //! A bare number is in SI units; a text carries its unit. [`Scene::parse`] reports every mistake at once, each with
 //! file, line, key, what was expected and what was found. The keys are data ([`Scene::reference`]), from which
 //! `docs/scene.md` and `docs/scene.schema.json` are made.
+//!
+//! [`run_in_process`] runs a scene in this process: the same numbers as `stagger run`, without files and without Zenoh.
+//!
+//! ```
+//! use std::ops::ControlFlow;
+//! use stagger_scene::{Scene, run_in_process};
+//!
+//! let text = r#"
+//!     duration = "2 ms"
+//!     [particles]
+//!     count  = 20
+//!     radius = "25 um"
+//!     start  = { box = ["0.3 mm", "0.3 mm", "0.3 mm"] }
+//!     [walls.floor]
+//!     plane  = { normal = [0, 0, 1] }
+//!     [coupling]
+//!     dt     = "20 us"
+//! "#;
+//! let scene = Scene::parse(text, "fall.toml", &[])?;
+//! let run = run_in_process(&scene, |step| {
+//!     println!("{:.2} ms: {} fields", 1e3 * step.t_s, step.fields().len());
+//!     ControlFlow::Continue(())
+//! })?;
+//! assert!(run.completed && run.fields["positions"].rows() == 20);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 // Numbers that are recorded, hashed or decided upon are the same on every processor: see clippy.toml.
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 mod acceleration;
-mod acoustics;
 pub mod advice;
-mod bonds;
-mod contact;
+pub mod built_in;
 mod coupling;
-mod current;
-mod fields;
-mod groups;
-mod materials;
+mod in_process;
 mod nodes;
-mod optics;
-mod pairs;
-mod particle_file;
-mod particles;
-mod pour;
-mod rays;
 mod recovery;
-mod start;
-mod substrate;
-mod thermal;
-mod walls;
 
-use std::{borrow::Cow, collections::BTreeMap};
-
-pub use stagger_config::Value;
-pub use stagger_config::files::{Files, ReadFile};
-pub use stagger_config::key::{Fallback, Key, Kind, Range, Section};
-pub use stagger_config::presets::STANDARD;
-use stagger_config::problems::{Mistake, Place};
-pub use stagger_config::problems::{Problem, Problems};
-use stagger_config::reader::{Log, Table};
-use stagger_config::tree::{Entry, Item, Node};
-pub use stagger_config::units;
-use stagger_config::{files, presets, tree};
-
-use stagger_coupling::Settings as CouplingSettings;
-use stagger_physics::{
-    acoustics::Settings as AcousticsSettings,
-    common::Wall,
-    current::Settings as CurrentSettings,
-    optics::Settings as OpticsSettings,
-    particles::{Settings as ParticlesSettings, Start},
-    substrate::Settings as SubstrateSettings,
-    thermal::Settings as ThermalSettings,
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    sync::{Arc, LazyLock},
 };
+
+pub use stagger_config::{
+    Fallback, Files, Key, Kind, Problem, Problems, Range, ReadFile, STANDARD, Section, Value, units,
+};
+use stagger_config::{
+    files, presets,
+    problems::{Mistake, Place},
+    reader::{Log, Table},
+    tree::{self, Entry, Item, Node},
+};
+use stagger_coupling::Settings as CouplingSettings;
+use stagger_messages::Measure;
+use stagger_physics::{
+    Configured, PhysicsKind, Settings, Surroundings,
+    common::{
+        Wall,
+        keys::{materials, walls},
+    },
+};
+
+use built_in::BUILT_IN;
+pub use in_process::{Run, RunError, Step, run_in_process};
 
 /// Everything a run depends on. SI units.
 #[derive(Clone, Debug)]
@@ -65,18 +79,8 @@ pub struct Scene {
     pub seed: u64,
     /// Walls, in the order of the scene.
     pub walls: Vec<Wall>,
-    /// The particles, where the scene names them.
-    pub particles: Option<ParticlesSettings>,
-    /// Their temperature, where the scene names it.
-    pub thermal: Option<ThermalSettings>,
-    /// The laser, where the scene names it.
-    pub optics: Option<OpticsSettings>,
-    /// The electrical current, where the scene names it.
-    pub current: Option<CurrentSettings>,
-    /// Stress in the solid under a wall, where the scene names it.
-    pub substrate: Option<SubstrateSettings>,
-    /// The sound, where the scene names it.
-    pub acoustics: Option<AcousticsSettings>,
+    /// Settings of each physics whose table is in the scene, by its name.
+    pub physics: BTreeMap<&'static str, Arc<dyn Configured>>,
     /// Where the materials begin to melt, in K, by name, where it is known.
     pub solidus_k: BTreeMap<String, f64>,
     /// Nodes that are not simply a built-in physics, by name.
@@ -104,14 +108,14 @@ pub struct Scene {
 }
 
 /// A node of the user's own, or a built-in physics under another name; exactly one of the two is there.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct NodeSettings {
-    /// The built-in physics it runs: `particles`, `thermal`, `optics`, `current`, `substrate` or `acoustics`.
+    /// The built-in physics it runs, one of [`built_in::BUILT_IN`].
     pub physics: Option<String>,
     /// The program that runs instead, and its arguments.
     pub command: Option<Vec<String>>,
-    /// Settings of its own, for a node with the physics `optics`: the scene's [`Scene::optics`] is then not its.
-    pub optics: Option<OpticsSettings>,
+    /// Settings of its own; the scene's table of the same physics is then not its.
+    pub own: Option<Arc<dyn Configured>>,
 }
 
 /// What is recorded.
@@ -162,16 +166,7 @@ static DURATION: Key = Key::new("duration", Kind::Number(&units::TIME, Range::PO
 static SEED: Key = Key::new("seed", Kind::Whole(0, i64::MAX as u64), "Seed of everything random.").or("1");
 static MATERIALS: Key =
     Key::new("materials", Kind::Named(&materials::SECTION), "Materials beside the built-in ones.").or_from("none");
-static PARTICLES: Key = Key::new("particles", Kind::Table(&particles::SECTION), "The particles.").or_from("none run");
 static WALLS: Key = Key::new("walls", Kind::Named(&walls::SECTION), "Walls.").or_from("none");
-static THERMAL: Key = Key::new("thermal", Kind::Table(&thermal::SECTION), "Their temperature.").or_from("does not run");
-static OPTICS: Key = Key::new("optics", Kind::Table(&optics::SECTION), "A laser.").or_from("does not run");
-static CURRENT: Key =
-    Key::new("current", Kind::Table(&current::SECTION), "Electrical current.").or_from("does not run");
-static SUBSTRATE: Key = Key::new("substrate", Kind::Table(&substrate::SECTION), "Stress in the solid under a wall.")
-    .or_from("does not run");
-static ACOUSTICS: Key = Key::new("acoustics", Kind::Table(&acoustics::SECTION), "Sound.").or_from("does not run");
-static NODES: Key = Key::new("nodes", Kind::Named(&nodes::SECTION), "Nodes of your own.").or_from("none");
 static COUPLING: Key = Key::new("coupling", Kind::Table(&coupling::SECTION), "How the physics are coupled.");
 static RECORD: Key = Key::new("record", Kind::Table(&nodes::RECORD), "The recording.").or_from("everything");
 
@@ -181,42 +176,44 @@ static RECOVERY: Key =
 static TRADEOFF: Key =
     Key::new("tradeoff", Kind::Table(&presets::TRADEOFF), "What its errors are measured by.").or_from("by its fields");
 
-static ROOT: Section = Section {
-    path: "",
-    doc: "What is simulated, and for how long. A physics whose table is there runs; one that is not costs nothing.",
-    example: "",
-    shorthand: None,
-    keys: &[
-        &TITLE,
-        &DURATION,
-        &SEED,
-        &MATERIALS,
-        &PARTICLES,
-        &WALLS,
-        &THERMAL,
-        &OPTICS,
-        &CURRENT,
-        &SUBSTRATE,
-        &ACOUSTICS,
-        &NODES,
-        &COUPLING,
-        &RECORD,
-        &RECOVERY,
-        &presets::PRESET,
-        &presets::PRESETS,
-        &TRADEOFF,
-    ],
-};
+/// The top of a scene: its own keys and the table of each physics.
+static ROOT: LazyLock<&'static Section> = LazyLock::new(|| {
+    let (of_bodies, others): (Vec<_>, Vec<_>) = BUILT_IN.into_iter().partition(|kind| kind.bodies.is_some());
+    let tables = |kinds: Vec<&'static PhysicsKind>| kinds.into_iter().map(|kind| table_of(kind));
+    let keys: Vec<&'static Key> = [&TITLE, &DURATION, &SEED, &MATERIALS]
+        .into_iter()
+        .chain(tables(of_bodies))
+        .chain([&WALLS])
+        .chain(tables(others))
+        .chain([*NODES, &COUPLING, &RECORD, &RECOVERY, &presets::PRESET, &presets::PRESETS, &TRADEOFF])
+        .collect();
+    leaked(Section {
+        path: "",
+        doc: "What is simulated, and for how long. A physics whose table is there runs; one that is not costs nothing.",
+        example: "",
+        shorthand: None,
+        keys: leaked(keys),
+    })
+});
 
-/// Fields with a tolerance that the built-in physics write.
-const MEASURED: [(&str, &str); 6] = [
-    ("particles", "positions"),
-    ("thermal", "temperature"),
-    ("optics", "absorbed_power"),
-    ("current", "joule_power"),
-    ("substrate", "wall_deflection"),
-    ("acoustics", "acoustic_force"),
-];
+/// The key of each physics' table, by its name.
+static TABLES: LazyLock<BTreeMap<&'static str, &'static Key>> = LazyLock::new(|| {
+    let key =
+        |kind: &PhysicsKind| leaked(Key::new(kind.name, Kind::Table(kind.section), kind.doc).or_from(kind.absent));
+    BUILT_IN.into_iter().map(|kind| (kind.name, key(kind))).collect()
+});
+
+static NODES: LazyLock<&'static Key> =
+    LazyLock::new(|| leaked(Key::new("nodes", Kind::Named(*nodes::SECTION), "Nodes of your own.").or_from("none")));
+
+fn table_of(kind: &PhysicsKind) -> &'static Key {
+    TABLES[kind.name]
+}
+
+/// Made once from the list of physics, for as long as the program runs, as the keys are that stand in the code.
+fn leaked<T>(value: T) -> &'static T {
+    Box::leak(Box::new(value))
+}
 
 impl Scene {
     /// Reads a scene; `file` names it in messages, `overrides` are `--set key.path=value` in their order.
@@ -248,7 +245,7 @@ impl Scene {
         let _ = apply(&mut entries, overrides);
         log.mistakes.borrow_mut().extend(presets::merge(&mut entries));
         log.mistakes.borrow_mut().extend(apply(&mut entries, overrides));
-        let root = Table::root(&log, &ROOT, &entries);
+        let root = Table::root(&log, *ROOT, &entries);
         let scene = Self::read(&root, file);
         root.finish();
         let mistakes = log.mistakes.take();
@@ -267,23 +264,48 @@ impl Scene {
         }
     }
 
-    /// The scene with particles that start where they would fall from instead of settling first: the same nodes with the same
-    /// ports, known at once.
+    /// The settings of a physics, where the scene has its table.
     #[must_use]
-    pub fn without_settling(&self) -> Cow<'_, Self> {
-        match &self.particles {
-            Some(particles @ ParticlesSettings { start: Start::Settle { .. }, .. }) => {
-                let particles = Some(particles.clone().without_settling());
-                Cow::Owned(Self { particles, ..self.clone() })
+    pub fn settings<S: Settings>(&self) -> Option<&S> {
+        self.physics.values().find_map(|settings| settings.as_any().downcast_ref())
+    }
+
+    /// What a node runs of a built-in physics: its own settings, or those of the scene's table.
+    #[must_use]
+    pub fn settings_of(&self, node: &str, kind: &str) -> Option<&Arc<dyn Configured>> {
+        let own = self.nodes.get(node).and_then(|settings| settings.own.as_ref());
+        own.or_else(|| self.physics.get(kind))
+    }
+
+    /// The settings that nodes have of their own of a physics, by the node's name.
+    pub fn own_settings<S: Settings>(&self) -> impl Iterator<Item = (&str, &S)> {
+        let nodes = self.nodes.iter().filter_map(|(name, node)| Some((name.as_str(), node.own.as_ref()?)));
+        nodes.filter_map(|(name, own)| Some((name, own.as_any().downcast_ref()?)))
+    }
+
+    /// The built-in physics that nodes run, by the node's name: each table under its own name, unless a `[nodes]` table
+    /// runs it under another or a program of that name takes its place, and those that `[nodes]` tables name.
+    #[must_use]
+    pub fn built_in_nodes(&self) -> BTreeMap<String, &'static PhysicsKind> {
+        let mut nodes = BTreeMap::new();
+        for kind in BUILT_IN.into_iter().filter(|kind| self.physics.contains_key(kind.name)) {
+            // One with settings of its own runs beside its namesake, not instead of it.
+            let renamed = |node: &NodeSettings| node.physics.as_deref() == Some(kind.name) && node.own.is_none();
+            let replaced = self.nodes.get(kind.name).is_some_and(|node| node.command.is_some());
+            if !replaced && !self.nodes.values().any(renamed) {
+                nodes.insert(kind.name.to_owned(), kind);
             }
-            _ => Cow::Borrowed(self),
         }
+        for (name, settings) in self.nodes.iter().filter(|(_, settings)| settings.command.is_none()) {
+            nodes.extend(settings.physics.as_deref().and_then(built_in::kind).map(|kind| (name.clone(), kind)));
+        }
+        nodes
     }
 
     /// Every section and key a scene may have, from the top down.
     #[must_use]
     pub fn reference() -> &'static Section {
-        &ROOT
+        *ROOT
     }
 
     /// `None` only where a mistake was reported.
@@ -291,65 +313,54 @@ impl Scene {
         let title = root.optional_text(&TITLE).unwrap_or_else(|| file.rsplit('/').next().unwrap_or(file).into());
         let (duration_s, seed) = (root.number(&DURATION), root.whole(&SEED));
         let materials = materials::read(root, &MATERIALS);
-        let particles = root.optional_table(&PARTICLES);
+        let open = |kind: &PhysicsKind| root.optional_table(table_of(kind));
+        let (of_bodies, others): (Vec<_>, Vec<_>) = BUILT_IN.into_iter().partition(|kind| kind.bodies.is_some());
+        // One physics says what the bodies are.
+        let body_kind = *of_bodies.first()?;
+        let body_table = open(body_kind);
         let walls = walls::read(root, &WALLS, &materials);
-        let thermal = root.optional_table(&THERMAL);
-        let optics = root.optional_table(&OPTICS);
-        let current = root.optional_table(&CURRENT);
-        let substrate = root.optional_table(&SUBSTRATE);
-        let acoustics = root.optional_table(&ACOUSTICS);
-        let built_in: Vec<&str> = [
-            ("particles", particles.is_some()),
-            ("thermal", thermal.is_some()),
-            ("optics", optics.is_some()),
-            ("current", current.is_some()),
-            ("substrate", substrate.is_some()),
-            ("acoustics", acoustics.is_some()),
-        ]
-        .into_iter()
-        .filter_map(|(name, runs)| runs.then_some(name))
-        .collect();
-        let mut bodies = particles::Bodies::read(particles, &materials, &walls, seed);
-        // Vapour leaves.
-        bodies.come_and_go |= thermal.as_ref().is_some_and(thermal::changes_phase);
-        let nodes = nodes::read(root, &NODES, (&bodies, &walls, seed), |physics| built_in.contains(&physics));
-        let second_laser = nodes.values().any(|node| node.optics.is_some());
-        // A program under the name of a built-in physics writes what that one would.
-        let runs = |name: &str| {
-            let by_command = nodes.get(name).is_some_and(|node| node.command.is_some());
-            built_in.contains(&name) || by_command || (name == "optics" && second_laser)
-        };
+        let tables: Vec<_> = others.into_iter().filter_map(|kind| Some((kind, open(kind)?))).collect();
+        let bodies_run = body_table.is_some().then_some(body_kind);
+        let runs: Vec<&str> =
+            bodies_run.into_iter().chain(tables.iter().map(|(kind, _)| *kind)).map(|kind| kind.name).collect();
+        let bodies = (body_kind.bodies?)(body_table, &materials, &walls, seed);
 
-        let thermal = thermal.map(|table| thermal::read(table, &bodies, &walls, runs));
-        let optics = optics.and_then(|table| optics::read(table, &bodies, &walls, seed));
-        let current = current.map(|table| current::read(table, &bodies, &walls, runs("thermal")));
-        let acoustics = acoustics.and_then(|table| acoustics::read(table, &bodies, &walls, seed));
-        let substrate = substrate.and_then(|table| substrate::read(table, &walls, bodies.count));
-        let on_substrate = substrate.as_ref().map(substrate::under_particles);
-        let radius_m = bodies.radius_m;
-        let mut particles = bodies.settings(&walls, seed, runs("thermal"), thermal.as_ref(), on_substrate);
-        if let Some(particles) = &mut particles {
-            particles.fields.reads_acoustic_force = runs("acoustics");
-            let lasers = optics.iter().chain(nodes.values().filter_map(|node| node.optics.as_ref()));
-            particles.writes_material |= lasers.into_iter().any(OpticsSettings::reads_material);
+        let mut ports = Vec::new();
+        let alone = Surroundings { bodies: &bodies, walls: &walls, seed, others: &[], on_substrate: None };
+        let nodes = nodes::read(root, &NODES, &alone, |physics| runs.contains(&physics));
+        ports.extend(nodes.values().filter_map(|node| node.own.as_ref()).map(|own| own.ports()));
+        let mut physics: BTreeMap<&'static str, Arc<dyn Configured>> = BTreeMap::new();
+        for (kind, table) in tables {
+            let settings = (kind.read)(table, &Surroundings { others: &ports, ..alone });
+            ports.extend(settings.iter().map(|settings| settings.ports()));
+            physics.extend(settings.map(|settings| (kind.name, settings)));
+        }
+        let on_substrate = physics.values().find_map(|settings| settings.on_substrate());
+        // Last, as what moves them and what is told of them depends on the others.
+        if let Some(table) = bodies.table.take() {
+            let settings = (body_kind.read)(table, &Surroundings { others: &ports, on_substrate, ..alone });
+            ports.extend(settings.iter().map(|settings| settings.ports()));
+            physics.extend(settings.map(|settings| (body_kind.name, settings)));
         }
 
         let renamed =
-            |name: &&str| nodes.values().any(|node| node.physics.as_deref() == Some(*name) && node.optics.is_none());
-        let mut names: Vec<&str> = built_in.iter().copied().filter(|name| !renamed(name)).collect();
-        names.extend(nodes.keys().map(String::as_str).filter(|name| !built_in.contains(name)));
-        // A surface that stays plane is not part of the iteration.
-        let measures =
-            |physics: &str| runs(physics) && (physics != "substrate" || on_substrate.is_some_and(|it| it.deflects));
-        let measured: Vec<&str> =
-            MEASURED.into_iter().filter_map(|(physics, field)| measures(physics).then_some(field)).collect();
-        let own = nodes.values().any(|node| node.command.is_some());
-        let names = coupling::Names { nodes: &names, fields: (!own).then_some(measured.as_slice()) };
+            |name: &str| nodes.values().any(|node| node.physics.as_deref() == Some(name) && node.own.is_none());
+        let mut names: Vec<&str> = runs.iter().copied().filter(|name| !renamed(name)).collect();
+        names.extend(nodes.keys().map(String::as_str).filter(|name| !runs.contains(name)));
+        let written = ports.iter().flat_map(|ports| &ports.writes);
+        let measured: BTreeSet<&str> =
+            written.filter(|port| port.measure() != Measure::None).map(|port| port.field.as_str()).collect();
+        let measured: Vec<&str> = measured.into_iter().collect();
+        let commands = nodes.values().any(|node| node.command.is_some());
+        let names = coupling::Names { nodes: &names, fields: (!commands).then_some(measured.as_slice()) };
         let mut coupling = root.optional_table(&COUPLING).and_then(|table| coupling::read(table, &names));
-        if let Some(coupling) = coupling.as_mut().filter(|_| on_substrate.is_some_and(|it| it.deflects)) {
-            // A deflection that comes and goes with a single contact has no size to be measured by.
-            let absolute = &mut coupling.fields.entry("wall_deflection".into()).or_default().absolute;
-            absolute.get_or_insert(1e-9 * radius_m);
+        if let Some(coupling) = &mut coupling {
+            for (field, absolute) in physics.values().flat_map(|settings| settings.absolute_tolerances(&bodies)) {
+                coupling.fields.entry(field.into()).or_default().absolute.get_or_insert(absolute);
+            }
+            let mut kinds = BUILT_IN;
+            kinds.sort_by_key(|kind| kind.rank);
+            coupling.default_sequence = kinds.map(|kind| kind.name.to_owned()).into();
         }
         let record = root.table(&RECORD).map(|table| {
             let record = nodes::record(&table);
@@ -364,13 +375,8 @@ impl Scene {
             title,
             duration_s,
             seed,
-            walls,
-            particles,
-            thermal,
-            optics,
-            current,
-            substrate,
-            acoustics,
+            walls: walls.clone(),
+            physics,
             solidus_k: materials.iter().filter_map(|(name, own)| Some((name.clone(), own.solidus_k?))).collect(),
             nodes,
             coupling: coupling?,

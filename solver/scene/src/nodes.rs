@@ -1,48 +1,54 @@
 //! `[nodes.NAME]` and `[record]`: who computes, and what is kept.
 
+use std::{collections::BTreeMap, sync::LazyLock};
+
 use stagger_config::{
     key::{Key, Kind, Section},
     reader::Table,
 };
-use std::collections::BTreeMap;
+use stagger_physics::Surroundings;
 
-use super::{NodeSettings, RecordSettings, optics, particles::Bodies};
-use stagger_physics::common::Wall;
+use super::{
+    NodeSettings, RecordSettings,
+    built_in::{self, BUILT_IN},
+    leaked,
+};
 
-static PHYSICS: Key = Key::new(
-    "physics",
-    Kind::Choice(&[
-        ("particles", "the motion of [particles]"),
-        ("thermal", "the temperatures of [thermal]"),
-        ("optics", "the laser of [optics]"),
-        ("current", "the electrical current of [current]"),
-        ("substrate", "the stress of [substrate]"),
-        ("acoustics", "the sound of [acoustics]"),
-    ]),
-    "Built-in physics that runs under this name.",
-)
-.or_from("none; a node has a physics or a command");
+static PHYSICS: LazyLock<&'static Key> = LazyLock::new(|| {
+    let computes: Vec<_> = BUILT_IN.into_iter().map(|kind| (kind.name, kind.computes)).collect();
+    let doc = "Built-in physics that runs under this name.";
+    leaked(Key::new("physics", Kind::Choice(leaked(computes)), doc).or_from("none; a node has a physics or a command"))
+});
 static COMMAND: Key = Key::new(
     "command",
     Kind::Texts,
     "Program and arguments of a node of your own. Under the name of a built-in physics it takes its place.",
 )
 .or_from("none; a node has a physics or a command");
-static OPTICS: Key = Key::new(
-    "optics",
-    Kind::Table(&optics::SECTION),
-    "Settings of this node's own, beside the scene's [optics]: a second laser.",
-)
-.or_from("those of the scene's [optics], which then runs under this name")
-.when("physics", &["optics"]);
+/// Settings of a node's own, by the physics; the one that says what the bodies are has none.
+static OWN: LazyLock<BTreeMap<&'static str, &'static Key>> = LazyLock::new(|| {
+    let own = BUILT_IN.into_iter().filter(|kind| kind.bodies.is_none());
+    own.map(|kind| {
+        let name = kind.name;
+        let doc =
+            leaked(format!("Settings of this node's own, beside the scene's [{name}]: a second one of its kind."));
+        let absent = leaked(format!("those of the scene's [{name}], which then runs under this name"));
+        let key = Key::new(name, Kind::Table(kind.section), doc).or_from(absent).when("physics", leaked([name]));
+        (name, leaked(key))
+    })
+    .collect()
+});
 
-pub(super) static SECTION: Section = Section {
-    path: "nodes.NAME",
-    doc: "A node that is not simply the built-in physics of the same name.",
-    example: "{ command = [\"python3\", \"thermal.py\"] }",
-    shorthand: None,
-    keys: &[&PHYSICS, &COMMAND, &OPTICS],
-};
+pub(super) static SECTION: LazyLock<&'static Section> = LazyLock::new(|| {
+    let keys: Vec<&'static Key> = [*PHYSICS, &COMMAND].into_iter().chain(OWN.values().copied()).collect();
+    leaked(Section {
+        path: "nodes.NAME",
+        doc: "A node that is not simply the built-in physics of the same name.",
+        example: "{ command = [\"python3\", \"thermal.py\"] }",
+        shorthand: None,
+        keys: leaked(keys),
+    })
+});
 
 static LEVEL: Key = Key::new(
     "level",
@@ -89,34 +95,34 @@ pub(super) static RECORD: Section = Section {
 pub(super) fn read(
     root: &Table<'_>,
     key: &'static Key,
-    (bodies, walls, seed): (&Bodies<'_>, &[Wall], u64),
+    surroundings: &Surroundings<'_, '_>,
     runs: impl Fn(&str) -> bool,
 ) -> BTreeMap<String, NodeSettings> {
     let mut nodes: BTreeMap<String, NodeSettings> = BTreeMap::new();
     for (name, table) in root.named(key) {
-        let physics = table.optional_choice(&PHYSICS);
+        let physics = table.optional_choice(*PHYSICS);
         let command = table.texts(&COMMAND);
-        match (table.is_given(&PHYSICS), table.is_given(&COMMAND)) {
+        match (table.is_given(*PHYSICS), table.is_given(&COMMAND)) {
             (true, true) => table.reject(&COMMAND, "a node has a physics or a command, not both"),
-            (false, false) => table.reject(&PHYSICS, "missing; expected a physics or a command"),
+            (false, false) => table.reject(*PHYSICS, "missing; expected a physics or a command"),
             _ => {}
         }
         if command.as_ref().is_some_and(|words| words.first().is_none_or(String::is_empty)) {
             table.reject(&COMMAND, "expected a program and its arguments, found no program");
         }
-        let mut optics = None;
-        if let Some(physics) = physics {
-            let own = physics == "optics" && table.is_given(&OPTICS);
-            if (own || physics != name) && runs(&name) {
-                table.reject(&PHYSICS, format!("[{name}] runs under this name"));
+        let mut own = None;
+        if let Some(kind) = physics.and_then(built_in::kind) {
+            let own_key = OWN.get(kind.name).copied().filter(|key| table.is_given(key));
+            if (own_key.is_some() || kind.name != name) && runs(&name) {
+                table.reject(*PHYSICS, format!("[{name}] runs under this name"));
             }
-            if own {
-                optics = table.optional_table(&OPTICS).and_then(|table| optics::read(table, bodies, walls, seed));
-            } else if !runs(physics) {
-                table.reject(&PHYSICS, format!("this scene has no [{physics}]"));
+            if let Some(key) = own_key {
+                own = table.optional_table(key).and_then(|table| (kind.read)(table, surroundings));
+            } else if !runs(kind.name) {
+                table.reject(*PHYSICS, format!("this scene has no [{}]", kind.name));
             }
         }
-        nodes.insert(name, NodeSettings { physics: physics.map(Into::into), command, optics });
+        nodes.insert(name, NodeSettings { physics: physics.map(Into::into), command, own });
         table.finish();
     }
     nodes

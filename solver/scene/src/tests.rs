@@ -4,6 +4,7 @@
 use proptest::prelude::*;
 
 mod current;
+mod pour;
 mod presets;
 mod reference;
 mod thermal;
@@ -232,7 +233,7 @@ fn parse(text: &str, overrides: &[(&str, &str)]) -> Scene {
 fn every_value_of_a_scene_reaches_its_setting() {
     let scene = parse(FULL, &[]);
     assert_eq!((scene.title.as_str(), scene.duration_s, scene.seed), ("all keys", 1e-3, 3));
-    let particles = scene.particles.unwrap();
+    let particles = scene.settings::<stagger_physics::particles::Settings>().unwrap().clone();
     assert_eq!((particles.count(), particles.groups.len()), (17, 2));
     assert_eq!(particles.groups[0].radius, Radius::Uniform { mean_m: 2.5e-5, spread_m: 5e-6 });
     let coarse = Radius::LogNormal { mean_m: 5e-5, deviation_m: 1e-5, minimum_m: 3e-5, maximum_m: 9e-5 };
@@ -307,11 +308,11 @@ fn every_value_of_a_scene_reaches_its_setting() {
     }));
     walls_reach_their_settings(&scene.walls);
 
-    let thermal = scene.thermal.unwrap();
+    let thermal = scene.settings::<stagger_physics::thermal::Settings>().unwrap().clone();
     assert_eq!((thermal.heat_capacity_j_kg_k, thermal.conductivity_w_m_k), (385.0, 400.0));
     assert_eq!((thermal.conductance, thermal.phi, thermal.iterations), (Conductance::Constriction, 1.0, 50));
-    assert!(thermal.reads_absorbed_power && thermal.walls == scene.walls);
-    let optics = scene.optics.unwrap();
+    assert_eq!(thermal.walls, scene.walls);
+    let optics = scene.settings::<stagger_physics::optics::Settings>().unwrap().clone();
     assert_eq!(optics.model, Model::BeerLambert { absorption_1_m: 1e4, spacing_m: 5e-6 });
     assert_eq!(optics.beam.profile, Profile::TopHat { radius_m: 6e-5 });
     assert_eq!((optics.beam.direction, optics.beam.power_w), ([0.0, 0.0, -1.0], 40.0));
@@ -319,7 +320,7 @@ fn every_value_of_a_scene_reaches_its_setting() {
     assert_eq!((optics.beam.starts_s, optics.beam.ends_s), (1e-4, 9e-4));
     assert_eq!(optics.beam.pulses.unwrap().on_s, 2e-5);
     assert_eq!(scene.nodes["heat"].physics.as_deref(), Some("thermal"));
-    let coupling = scene.coupling;
+    let coupling = scene.coupling.clone();
     assert_eq!(coupling.tolerance["positions"], 1e-5);
     assert_eq!((coupling.default_tolerance, coupling.iterations, coupling.interpolate), (1e-7, 9, false));
     assert_eq!((coupling.dt.start_s, coupling.dt.limit_s), (1e-6, 2e-5));
@@ -337,7 +338,8 @@ fn every_value_of_a_scene_reaches_its_setting() {
     assert_eq!(coupling.every, BTreeMap::from([("heat".to_owned(), 2), ("second".to_owned(), 5)]));
     let recovery = RecoverySettings { checkpoint_steps: 20, restarts: 7, hang_s: 60.0, start_s: 5.0 };
     assert_eq!(scene.recovery, recovery);
-    let second = scene.nodes["second"].optics.as_ref().unwrap();
+    let (_, second) =
+        scene.own_settings::<stagger_physics::optics::Settings>().find(|(node, _)| *node == "second").unwrap();
     assert_eq!((second.beam.power_w, second.count), (10.0, 17));
     assert_eq!(second.beam.profile, Profile::Gaussian { radius_m: 2e-5 });
 }
@@ -396,7 +398,7 @@ fn one_force_without_times_is_a_constant_one() {
 fn defaults_are_those_of_the_reference_and_are_shown() {
     let scene = parse(SHORT, &[]);
     assert_eq!(scene.title, "x.toml");
-    let particles = scene.particles.unwrap();
+    let particles = scene.settings::<stagger_physics::particles::Settings>().unwrap().clone();
     assert_eq!(particles.materials[0].density_kg_m3, 7950.0);
     assert_eq!(particles.groups[0].radius, Radius::Uniform { mean_m: 2.5e-5, spread_m: 0.0 });
     let Start::SequentialAddition { region, .. } = particles.start else { panic!("sequential") };
@@ -404,7 +406,10 @@ fn defaults_are_those_of_the_reference_and_are_shown() {
     assert_eq!((particles.gravity_m_s2, particles.spin), ([0.0, 0.0, -9.81], false));
     assert_eq!(particles.fields, FieldForces::default());
     assert!(!particles.reads_temperature && particles.friction.is_none() && particles.drag.is_none());
-    assert_eq!(scene.optics.unwrap().model, Model::BeerLambert { absorption_1_m: 5e7, spacing_m: 2.5e-5 / 4.0 });
+    assert_eq!(
+        scene.settings::<stagger_physics::optics::Settings>().unwrap().clone().model,
+        Model::BeerLambert { absorption_1_m: 5e7, spacing_m: 2.5e-5 / 4.0 }
+    );
     assert_eq!((scene.coupling.dt.limit_s, scene.coupling.dt.minimum_s), (1e-6, 1e-6 / 1000.0));
     assert_eq!((scene.coupling.acceleration, scene.recovery), (Acceleration::None, RecoverySettings::default()));
     let shown = |path: &str| scene.effective.iter().find(|value| value.path == path).unwrap();
@@ -420,26 +425,34 @@ fn particles_of_which_nothing_else_is_said_are_those_of_the_solver() {
     let least = "duration = 1\n[materials.m]\ndensity = 1\n[particles]\ncount = 1\nradius = 1\nmaterial = \"m\"\n\
         start = { box = [3, 3, 3] }\n[coupling]\ndt = 1";
     for law in ["overlap", "{ law = \"hertz\", young = 1, poisson = 0 }", "{ law = \"linear\", spring = 1 }"] {
-        let read = parse(least, &[("particles.contact", law)]).particles.unwrap();
+        let read = parse(least, &[("particles.contact", law)])
+            .settings::<stagger_physics::particles::Settings>()
+            .unwrap()
+            .clone();
         let (start, material) = (read.start.clone(), read.materials[0].clone());
-        let new = ParticlesSettings::new(start, material, read.contact.law);
+        let new = stagger_physics::particles::Settings::new(start, material, read.contact.law);
         assert_eq!((new.groups.len(), read.groups.len()), (0, 1));
-        assert_eq!(read, ParticlesSettings { groups: read.groups.clone(), ..new });
+        assert_eq!(read, stagger_physics::particles::Settings { groups: read.groups.clone(), ..new });
     }
 }
 
 #[test]
 fn a_physics_that_is_not_named_does_not_run_and_nobody_reads_it() {
     let cold = SHORT.replace("[thermal]\n", "").replace("count = 10\n", "count = 10\ncontact.softening.rate = 1\n");
-    assert!(!parse(&cold, &[]).particles.unwrap().reads_temperature);
-    assert!(parse(&cold, &[("thermal.phi", "0.5")]).particles.unwrap().reads_temperature);
+    assert!(!parse(&cold, &[]).settings::<stagger_physics::particles::Settings>().unwrap().clone().reads_temperature);
+    assert!(
+        parse(&cold, &[("thermal.phi", "0.5")])
+            .settings::<stagger_physics::particles::Settings>()
+            .unwrap()
+            .clone()
+            .reads_temperature
+    );
     let scene = parse("duration = 1\n[coupling]\ndt = 1", &[]);
-    assert!(scene.particles.is_none() && scene.thermal.is_none() && scene.optics.is_none());
+    assert!(scene.physics.is_empty());
+    // Light is read where somebody writes it, whoever that is.
     let heat_only = parse("duration = 1\n[thermal]\n[coupling]\ndt = 1", &[]);
-    assert!(!heat_only.thermal.unwrap().reads_absorbed_power);
-    // A program in the place of the laser is read all the same.
-    let own = parse("duration = 1\n[thermal]\n[nodes.optics]\ncommand = [\"laser\"]\n[coupling]\ndt = 1", &[]);
-    assert!(own.thermal.unwrap().reads_absorbed_power);
+    let reads = heat_only.physics["thermal"].ports().reads;
+    assert!(reads.iter().any(|port| port.field == "absorbed_power" && port.optional && port.adds_up));
 }
 
 #[test]
@@ -447,19 +460,21 @@ fn a_physics_may_run_twice_and_a_laser_with_settings_of_its_own() {
     let laser = "{ power = 1, profile = { radius = 1e-5 }, path = { kind = \"fixed\", at = [0, 0, 0] } }";
     let twice = [("nodes.left.physics", "optics"), ("nodes.right.physics", "optics")];
     let scene = parse(SHORT, &twice);
-    assert!(scene.nodes.values().all(|node| node.physics.as_deref() == Some("optics") && node.optics.is_none()));
+    assert!(scene.nodes.values().all(|node| node.physics.as_deref() == Some("optics") && node.own.is_none()));
     // The scene's own then runs under those names only.
     let sequence = ("coupling.sequence", "[\"optics\"]");
     assert!(Scene::parse(SHORT, "x.toml", &[set(twice[0].0, twice[0].1), set(sequence.0, sequence.1)]).is_err());
     let second = [("nodes.right", &*format!("{{ physics = \"optics\", optics = {laser} }}")), sequence];
     let scene = parse(SHORT, &second);
-    assert_eq!(scene.optics.unwrap().beam.power_w, 40.0);
-    assert_eq!(scene.nodes["right"].optics.as_ref().unwrap().beam.power_w, 1.0);
-    // It is enough of a laser for the temperature to read it, and for its field to have a tolerance.
+    assert_eq!(scene.settings::<stagger_physics::optics::Settings>().unwrap().clone().beam.power_w, 40.0);
+    let own: Vec<_> =
+        scene.own_settings::<stagger_physics::optics::Settings>().map(|(node, own)| (node, own.beam.power_w)).collect();
+    assert_eq!(own, [("right", 1.0)]);
+    // It is enough of a laser for its field to have a tolerance.
     let alone = SHORT.split("[optics]").next().unwrap().to_owned() + "[coupling]\ndt = \"1 us\"\n";
     let tolerance = ("coupling.tolerance", "{ absorbed_power = 1e-3 }");
     let scene = parse(&alone, &[second[0], tolerance]);
-    assert!(scene.optics.is_none() && scene.thermal.unwrap().reads_absorbed_power);
+    assert!(!scene.physics.contains_key("optics"));
 }
 
 #[test]
@@ -476,12 +491,12 @@ fn overrides_replace_values_and_change_the_hash() {
             ("optics.fidelity", "energy-balance"),
         ],
     );
-    let particles = scene.particles.unwrap();
+    let particles = scene.settings::<stagger_physics::particles::Settings>().unwrap().clone();
     assert_eq!((particles.count(), particles.groups[0].radius.mean_m()), (20, 3e-5));
     assert_eq!(particles.contact.law, ContactLaw::Hertz { young_pa: 193e9, poisson: 0.3 });
     assert_eq!(scene.coupling.dt.limit_s, 4e-6);
     assert_eq!(scene.walls[0].name, "floor");
-    assert_eq!(scene.optics.unwrap().model, Model::EnergyBalance);
+    assert_eq!(scene.settings::<stagger_physics::optics::Settings>().unwrap().clone().model, Model::EnergyBalance);
     assert_ne!(scene.hash, plain.hash);
     // What it says makes a scene, not how it is written: defaults, units, comments, the order of overrides.
     let same = |overrides: &[(&str, &str)]| assert_eq!(parse(SHORT, overrides).hash, plain.hash, "{overrides:?}");
@@ -518,7 +533,13 @@ proptest! {
 
 #[test]
 fn every_kind_of_start_reaches_its_setting() {
-    let start = |text: &str| parse(SHORT, &[("particles.start", text)]).particles.unwrap().start;
+    let start = |text: &str| {
+        parse(SHORT, &[("particles.start", text)])
+            .settings::<stagger_physics::particles::Settings>()
+            .unwrap()
+            .clone()
+            .start
+    };
     let lattice = start("{ kind = \"lattice\", lattice = \"hcp\", spacing = 1.5, jitter = 0.5, sphere = \"1 mm\" }");
     let region = StartRegion::Sphere { centre_m: [0.0, 0.0, 1e-3], radius_m: 1e-3 };
     let (lattice_kind, velocity_m_s) = (Lattice::HexagonalClosePacked, [0.0; 3]);
@@ -528,7 +549,11 @@ fn every_kind_of_start_reaches_its_setting() {
     assert_eq!(growth, Start::Growth { lower_m: [4.0, 5.0, 6.0], upper_m: [5.0, 7.0, 9.0], velocity_m_s });
     let text = "{ kind = \"settle\", box = [1, 2, 3], at = [4, 5, 6], until = 1e-3, damping = 1, longest = 7 }";
     let floor = ("walls.floor.plane.normal", "[0, 0, 1]");
-    let settle = parse(SHORT, &[("particles.start", text), floor]).particles.unwrap().start;
+    let settle = parse(SHORT, &[("particles.start", text), floor])
+        .settings::<stagger_physics::particles::Settings>()
+        .unwrap()
+        .clone()
+        .start;
     let region = StartRegion::Box { lower_m: [4.0, 5.0, 6.0], upper_m: [5.0, 7.0, 9.0] };
     assert_eq!(settle, Start::Settle { region, until: 1e-3, damping: 1.0, longest_s: Some(7.0) });
     let lying = start("{ cylinder = { radius = 0.5, height = 2, axis = \"x\" } }");
@@ -543,7 +568,7 @@ fn the_particles_of_a_file_come_with_their_materials_and_its_contents_belong_to_
     let file = |more: &str| format!("{{ kind = \"file\", path = \"bed.csv\", {more} }}");
     let text = file("unit = \"mm\", materials = [\"316L\", \"AlSi10Mg\"], velocity = [0, 0, -1]");
     let scene = parse(short, &[("particles.start", &text)]);
-    let particles = scene.particles.unwrap();
+    let particles = scene.settings::<stagger_physics::particles::Settings>().unwrap().clone();
     let expected = Start::Given {
         positions_m: vec![[0.0, 0.0, 1e-3], [0.0, 0.0, 2.5e-3]],
         velocities_m_s: vec![[0.0, 0.0, -1.0]; 2],

@@ -1,7 +1,7 @@
 //! Runs a scene in one process for a few steps, and judges what came of it.
 
 use std::{
-    collections::{BTreeMap, BTreeSet},
+    collections::BTreeSet,
     f64::consts::FRAC_PI_3,
     fs,
     io::Write as _,
@@ -11,12 +11,8 @@ use std::{
 };
 
 use stagger_config::Problems;
-use stagger_coupling::{Course, InProcess, Ledger, Local, Observer, Outcome, Participant, SolveError};
+use stagger_coupling::{Course, InProcess, Ledger, Observer, Outcome};
 use stagger_messages::{Decision, Ready};
-use stagger_physics::{
-    acoustics::Acoustics, current::Current, optics::Optics, particles::Particles, substrate::Substrate,
-    thermal::Thermal,
-};
 use stagger_scene::Scene;
 
 /// Accepted steps that a scene is run for.
@@ -101,9 +97,9 @@ impl Base {
 
 /// Runs a scene for a few steps.
 pub fn run(scene: &Scene) -> End {
-    let members = match members(scene) {
+    let members = match scene.participants() {
         Ok(members) => members,
-        Err(cause) => return End::Stopped { cause },
+        Err(error) => return End::Stopped { cause: error.to_string() },
     };
     let mut ensemble = InProcess::new(members);
     let ports = ensemble.ports();
@@ -129,33 +125,6 @@ pub fn run(scene: &Scene) -> End {
     let volume_m3 = of("radii").iter().map(|radius| 4.0 * FRAC_PI_3 * radius.powi(3)).sum();
     let highest_k = of("temperature").iter().copied().fold(0.0, f64::max);
     End::Ran { ledger: log.ledger, volume_m3, highest_k, not_finite: log.not_finite }
-}
-
-/// The participants of a scene, as `nodes/runtime/src/launch/roster.rs` makes them; what is wrong is told with the node's name.
-fn members(scene: &Scene) -> Result<BTreeMap<String, Box<dyn Participant>>, String> {
-    let mut members = BTreeMap::new();
-    let mut add = |name: &str, made: Result<Box<dyn Participant>, SolveError>| {
-        members.insert(name.to_owned(), made.map_err(|error| format!("node `{name}`: {error}"))?);
-        Ok::<(), String>(())
-    };
-    macro_rules! member {
-        ($name:expr, $physics:ident, $settings:expr) => {
-            if let Some(settings) = $settings {
-                let made = $physics::new(settings.clone());
-                add($name, made.map(|physics| Box::new(Local::new($name, physics)) as Box<dyn Participant>))?;
-            }
-        };
-    }
-    member!("particles", Particles, &scene.particles);
-    member!("thermal", Thermal, &scene.thermal);
-    member!("optics", Optics, &scene.optics);
-    member!("current", Current, &scene.current);
-    member!("substrate", Substrate, &scene.substrate);
-    member!("acoustics", Acoustics, &scene.acoustics);
-    for (name, node) in &scene.nodes {
-        member!(name, Optics, &node.optics);
-    }
-    Ok(members)
 }
 
 /// Sums the energy, looks for what is not finite, and stops after [`STEPS`] or [`SUBSTEPS`].

@@ -77,7 +77,7 @@ fn names_a_cause(cause: &str) -> bool {
 fn conserved(ledger: &Ledger, scene: &Scene, volume_k_m3: f64) -> Result<Outcome, String> {
     let mut outcome = Outcome::Ran;
     for (node, account) in ledger.nodes() {
-        let share = match (node.as_str(), &scene.particles, &scene.current) {
+        let share = match (node.as_str(), scene.settings::<Settings>(), scene.physics.get("current")) {
             ("particles", Some(Settings { integrator: Integrator::Verlet { substep_s: None }, .. }), _) => MOTION,
             // Where the scene sets the step, the energy is as wrong as the step is coarse.
             ("particles", ..) => f64::MAX,

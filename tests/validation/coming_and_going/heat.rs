@@ -11,7 +11,7 @@ use stagger_physics::{
 
 const DT_S: f64 = 1e-3;
 
-fn thermal(reads_ids: bool) -> Thermal {
+fn thermal() -> Thermal {
     let wall = Wall::fixed("plate", Shape::plane([0.0; 3], [0.0, 0.0, 1.0]), Some(350.0));
     Thermal::new(Settings {
         count: 4,
@@ -25,10 +25,7 @@ fn thermal(reads_ids: bool) -> Thermal {
         phi: 0.5,
         overshoot: Overshoot::Implicit,
         start: None,
-        reads_absorbed_power: true,
-        reads_joule_power: false,
         enthalpy: None,
-        reads_ids,
         tolerance: 1e-12,
         iterations: 1000,
     })
@@ -91,7 +88,7 @@ fn temperatures(reply: &Reply) -> &[f64] {
 
 #[test]
 fn the_balance_closes_to_rounding_while_particles_come_and_go() {
-    let thermal = thermal(true);
+    let thermal = thermal();
     let chains = [
         Chain::new(0, &[0, 1, 2, 3]),
         // One in the middle gone; one gone and one come; rows in another order with two more; all gone; new ones.
@@ -126,7 +123,7 @@ fn the_balance_closes_to_rounding_while_particles_come_and_go() {
 
 #[test]
 fn temperatures_stay_with_their_particles_and_those_poured_bring_theirs() {
-    let thermal = thermal(true);
+    let thermal = thermal();
     let dark =
         |revision, ids: &[u32]| Chain { absorbed: (revision, vec![0.0; ids.len()]), ..Chain::new(revision, ids) };
     // So short that nothing flows: 1e-12 of the time a contact needs.
@@ -153,7 +150,7 @@ fn temperatures_stay_with_their_particles_and_those_poured_bring_theirs() {
 
 #[test]
 fn power_that_was_written_before_goes_to_those_it_was_written_for() {
-    let thermal = thermal(true);
+    let thermal = thermal();
     let (state, _) = thermal.initial().unwrap();
     let before = Chain::new(0, &[0, 1, 2, 3]);
     let now = Chain { absorbed: before.absorbed.clone(), ..Chain::new(1, &[3, 9, 1]) };
@@ -178,7 +175,7 @@ fn power_that_was_written_before_goes_to_those_it_was_written_for() {
 
 #[test]
 fn without_ids_particles_that_come_or_go_are_refused_even_where_as_many_are_there() {
-    let thermal = thermal(false);
+    let thermal = thermal();
     let (state, _) = thermal.initial().unwrap();
     let start = Chain::new(0, &[0, 1, 2, 3]);
     for end in [Chain::new(1, &[0, 1, 2]), Chain::new(1, &[0, 1, 2, 4])] {

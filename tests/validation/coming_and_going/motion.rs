@@ -10,7 +10,7 @@ use stagger_scene::Scene;
 fn run(scene: &str, mut look: impl FnMut(&Reply)) -> Ledger {
     let scene = Scene::parse(scene, "scene.toml", &[]).unwrap();
     let dt_s = scene.coupling.dt.limit_s;
-    let particles = Particles::new(scene.particles.unwrap()).unwrap();
+    let particles = Particles::new(scene.settings::<stagger_physics::particles::Settings>().unwrap().clone()).unwrap();
     let (mut state, reply) = particles.initial().unwrap();
     let mut ledger = Ledger::default();
     ledger.start("particles", &reply.ledger);

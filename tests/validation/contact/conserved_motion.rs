@@ -36,7 +36,7 @@ const DENSITY: f64 = 1000.0;
 /// Spheres with what `extra` adds to `[particles]`, and its tables after it; `scene` is [`SCENE`] or like it.
 fn settings(scene: &str, spheres: &[Sphere], extra: &str) -> Settings {
     let text = scene.replace("[coupling]", &format!("{extra}\n[coupling]"));
-    let settings = Scene::parse(&text, "kept.toml", &[]).unwrap().particles.unwrap();
+    let settings = Scene::parse(&text, "kept.toml", &[]).unwrap().settings::<Settings>().unwrap().clone();
     let start = Start::Given {
         positions_m: spheres.iter().map(|sphere| sphere.0).collect(),
         velocities_m_s: spheres.iter().map(|sphere| sphere.1).collect(),

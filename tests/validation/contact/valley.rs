@@ -39,7 +39,7 @@ const START: f64 = 1.0537 * RADIUS;
 /// Velocity at the end of a sphere that starts at `place` with `velocity`.
 fn bounce(shape: Shape, place: Vec3, velocity: Vec3, time_s: f64, overrides: &[(&str, &str)]) -> Vec3 {
     let overrides: Vec<_> = overrides.iter().map(|(key, value)| ((*key).into(), (*value).into())).collect();
-    let settings = Scene::parse(SCENE, "valley.toml", &overrides).unwrap().particles.unwrap();
+    let settings = Scene::parse(SCENE, "valley.toml", &overrides).unwrap().settings::<Settings>().unwrap().clone();
     let start = Start::Given {
         positions_m: vec![place.into()],
         velocities_m_s: vec![velocity.into()],

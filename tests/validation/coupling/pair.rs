@@ -56,10 +56,7 @@ fn members(integrator: Integrator, phi: f64) -> BTreeMap<String, Box<dyn Partici
         overshoot: Overshoot::Implicit,
         start: None,
         pour_temperature_k: None,
-        reads_absorbed_power: false,
-        reads_joule_power: false,
         enthalpy: None,
-        reads_ids: false,
         tolerance: 1e-15,
         iterations: 1000,
     };

@@ -87,8 +87,6 @@ pub fn settings(model: Model, electrodes: &[Electrode], count: usize) -> Setting
         starts_s: 0.0,
         ends_s: f64::INFINITY,
         solver: Solver { method: Method::ConjugateGradient, tolerance: 1e-12, iterations: 10_000 },
-        reads_temperature: false,
-        reads_ids: false,
     }
 }
 

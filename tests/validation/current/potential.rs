@@ -144,7 +144,7 @@ fn rod_resistance(count: u32) -> f64 {
     rod.temperatures_k = (0..count).map(|i| 400.0 + 500.0 * (f64::from(i) + 0.5) / n).collect();
     let base = settings(POTENTIAL, &[volt(1.0), volt(0.0)], count as usize);
     let conductivity = Conductivity { by_temperature: Some(transition), ..Conductivity::constant(2.0) };
-    let reply = solve(&Settings { conductivity, reads_temperature: true, ..base }, &rod);
+    let reply = solve(&Settings { conductivity, ..base }, &rod);
     of(&reply, "wall_current")[0].recip()
 }
 

@@ -80,8 +80,8 @@ fn particles_that_come_and_go_keep_what_is_known_of_them() {
     let hot = Transition { gain: 3.0, rate: 0.1, reference: 500.0 };
     let conductivity = Conductivity { by_temperature: Some(hot), ..Conductivity::constant(1.0) };
     let base = settings(POTENTIAL, &[volt(1.0), volt(0.0)], 3);
-    let base = Settings { conductivity, reads_temperature: true, ..base };
-    let current = Current::new(Settings { reads_ids: true, ..base.clone() }).unwrap();
+    let base = Settings { conductivity, ..base };
+    let current = Current::new(Settings { ..base.clone() }).unwrap();
     let mut before = Network::chain(4);
     before.temperatures_k = vec![900.0, 300.0, 400.0];
     let (state, _) = step(&current, &State::default(), &before).unwrap();

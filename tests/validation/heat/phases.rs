@@ -80,7 +80,7 @@ fn a_narrow_band_takes_all_of_its_latent_heat() {
 /// Heats a particle step by step: its heats in J/kg are scaled, and its steps are in powers of ten of the time.
 fn holds(heats: Vec<(f64, i32)>, widths_k: [f64; 2], conjugate: bool, phi: f64) -> Result<(), TestCaseError> {
     let enthalpy = Some(melting(SOLVERS[usize::from(conjugate)], widths_k));
-    let thermal = Thermal::new(Settings { reads_absorbed_power: true, phi, enthalpy, ..settings(1) }).unwrap();
+    let thermal = Thermal::new(Settings { phi, enthalpy, ..settings(1) }).unwrap();
     let (mut state, reply) = super::Physics::initial(&thermal).unwrap();
     let mut through_j_kg = 0.0;
     let mut held_j_kg = stored(&reply.ledger) / MASS_KG;
@@ -124,7 +124,7 @@ fn heat_that_went_in_comes_out_and_leaves_the_particle_as_it_was() {
     for solver in SOLVERS {
         for widths_k in [[0.0, 0.0], [65.0, 10.0]] {
             let enthalpy = Some(melting(solver, widths_k));
-            let thermal = Thermal::new(Settings { reads_absorbed_power: true, enthalpy, ..settings(1) }).unwrap();
+            let thermal = Thermal::new(Settings { enthalpy, ..settings(1) }).unwrap();
             let (mut state, _) = super::Physics::initial(&thermal).unwrap();
             let mut temperature_k = 300.0;
             // Until nearly all has boiled in one step, and back to where it came from in a thousand.
@@ -171,8 +171,7 @@ fn the_ledger_closes_through_melting_and_boiling_at_any_step() {
             for dt_s in [0.01 * TIME_S, TIME_S, 100.0 * TIME_S] {
                 // What is left of the iteration is not what is lost: the tolerance is loose.
                 let (walls, enthalpy) = (vec![wall(Some(6000.0)), wall(Some(300.0))], Some(melting(solver, widths_k)));
-                let of =
-                    Settings { walls, enthalpy, reads_absorbed_power: true, tolerance: 1e-6, phi: 1.0, ..settings(40) };
+                let of = Settings { walls, enthalpy, tolerance: 1e-6, phi: 1.0, ..settings(40) };
                 let thermal = Thermal::new(Settings { iterations: 20_000, ..of }).unwrap();
                 let (mut state, reply) = super::Physics::initial(&thermal).unwrap();
                 let mut ledger = Ledger::default();
@@ -198,8 +197,7 @@ fn the_ledger_closes_through_melting_and_boiling_at_any_step() {
 #[test]
 fn vapour_that_leaves_is_booked_with_its_mass_and_heat() {
     let enthalpy = Some(melting(Solver::FixedPoint, [0.0, 0.0]));
-    let thermal =
-        Thermal::new(Settings { reads_absorbed_power: true, reads_ids: true, enthalpy, ..settings(3) }).unwrap();
+    let thermal = Thermal::new(Settings { enthalpy, ..settings(3) }).unwrap();
     let (state, reply) = super::Physics::initial(&thermal).unwrap();
     assert_eq!(reply.fields["vapourised"].u8().unwrap(), [0, 0, 0]);
     let heat_j = MASS_KG * 9e6;

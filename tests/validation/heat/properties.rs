@@ -16,8 +16,7 @@ fn heat_that_enters_is_the_integral_of_the_heat_capacity() {
     for solver in SOLVERS {
         let mut enthalpy = enthalpy(solver);
         enthalpy.materials[0].heat_capacity_j_kg_k = capacity.clone();
-        let thermal =
-            Thermal::new(Settings { reads_absorbed_power: true, enthalpy: Some(enthalpy), ..settings(1) }).unwrap();
+        let thermal = Thermal::new(Settings { enthalpy: Some(enthalpy), ..settings(1) }).unwrap();
         let mass_kg = CAPACITY_J_K / HEAT_CAPACITY_J_KG_K;
         let (mut state, _) = thermal.initial().unwrap();
         // From 300 K to 800 K: 400·500 + ¼ (800² − 300²); on to 1500 K: 400·200 + ¼ (1000² − 800²) + 900·500; and back.
@@ -103,7 +102,7 @@ fn what_poured_particles_are_made_of_counts() {
     let mut light = steel.materials[0].clone();
     (light.name, light.density_kg_m3) = ("light".into(), 2600.0);
     let of = Enthalpy { materials: vec![steel.materials[0].clone(), light], ..steel };
-    let of = Settings { enthalpy: Some(of), reads_ids: true, pour_temperature_k: Some(400.0), ..settings(1) };
+    let of = Settings { enthalpy: Some(of), pour_temperature_k: Some(400.0), ..settings(1) };
     let thermal = Thermal::new(of).unwrap();
     let (state, _) = thermal.initial().unwrap();
     let at = |ids: &[u32], materials: &[u32], revision| Contacts {

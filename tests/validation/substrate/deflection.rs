@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, f64::consts::PI, sync::Arc};
 use stagger_coupling::{Frozen, Ledger, Local, Participant, Physics, Window};
 use stagger_messages::{Field, Measure, Port};
 use stagger_physics::{
-    particles::Particles,
+    particles::{self, Particles},
     substrate::{Settings, Substrate, deflection_m},
 };
 use stagger_scene::Scene;
@@ -72,8 +72,8 @@ tolerance = {{ positions = 1e-9 }}
 }
 
 fn at_rest(scene: &Scene) -> (Vec<f64>, f64) {
-    let particles = Particles::new(scene.particles.clone().unwrap()).unwrap();
-    let substrate = Substrate::new(scene.substrate.clone().unwrap()).unwrap();
+    let particles = Particles::new(scene.settings::<particles::Settings>().unwrap().clone()).unwrap();
+    let substrate = Substrate::new(scene.settings::<Settings>().unwrap().clone()).unwrap();
     let members: BTreeMap<String, Box<dyn Participant>> = BTreeMap::from([
         ("particles".to_owned(), Box::new(Local::new("particles", particles)) as Box<dyn Participant>),
         ("substrate".to_owned(), Box::new(Local::new("substrate", substrate))),
@@ -103,7 +103,7 @@ fn two_spheres_at_rest_press_with_their_weight_and_sink_by_what_the_other_presse
 fn the_work_of_a_sinking_surface_is_booked() {
     // Two spheres about at rest on a plate that sinks evenly and comes back, by hand; nothing damps.
     let scene = scene("deflection = true");
-    let mut settings = scene.particles.unwrap();
+    let mut settings = scene.settings::<particles::Settings>().unwrap().clone();
     settings.contact.restitution = None;
     let off = |windows: u32| {
         let particles = Particles::new(settings.clone()).unwrap();

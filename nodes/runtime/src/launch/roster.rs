@@ -2,12 +2,8 @@
 
 use std::{collections::BTreeMap, path::PathBuf};
 
-use stagger_coupling::{Local, Participant, SolveError};
-use stagger_physics::{
-    acoustics::Acoustics, current::Current, optics::Optics, particles::Particles, substrate::Substrate,
-    thermal::Thermal,
-};
-use stagger_scene::Scene;
+use stagger_coupling::{Participant, SolveError};
+use stagger_scene::{Scene, built_in};
 
 /// What runs as a node.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -24,7 +20,7 @@ pub enum Runs {
 #[derive(Debug, thiserror::Error)]
 pub enum RosterError {
     /// A kind of physics that is not built in.
-    #[error("there is no physics `{0}`: expected particles, thermal, optics, current, substrate or acoustics")]
+    #[error("there is no physics `{0}`: expected {expected}", expected = built_in::names())]
     Kind(String),
     /// A physics whose table is not in the scene.
     #[error("node `{node}` runs the physics `{kind}`, but the scene has no [{kind}] table to set it up")]
@@ -48,33 +44,10 @@ pub enum RosterError {
 /// those of its `[nodes]` tables.
 #[must_use]
 pub fn roster(scene: &Scene) -> BTreeMap<String, Runs> {
-    let named = [
-        ("particles", scene.particles.is_some()),
-        ("thermal", scene.thermal.is_some()),
-        ("optics", scene.optics.is_some()),
-        ("current", scene.current.is_some()),
-        ("substrate", scene.substrate.is_some()),
-        ("acoustics", scene.acoustics.is_some()),
-    ];
-    // One with settings of its own runs beside its namesake, not instead of it.
-    let renamed = |kind: &str| {
-        let mut others = scene.nodes.values();
-        others.any(|settings| settings.physics.as_deref() == Some(kind) && settings.optics.is_none())
-    };
-    let mut nodes: BTreeMap<String, Runs> = named
-        .into_iter()
-        .filter(|(kind, present)| *present && !renamed(kind))
-        .map(|(kind, _)| (kind.to_owned(), Runs::Physics(kind.into())))
-        .collect();
-    for (name, settings) in &scene.nodes {
-        let runs = match (&settings.command, &settings.physics) {
-            (Some(command), _) => Runs::Command(command.clone()),
-            (None, Some(kind)) => Runs::Physics(kind.clone()),
-            (None, None) => continue,
-        };
-        nodes.insert(name.clone(), runs);
-    }
-    nodes
+    let built_in = scene.built_in_nodes().into_iter().map(|(name, kind)| (name, Runs::Physics(kind.name.into())));
+    let commands =
+        scene.nodes.iter().filter_map(|(name, node)| Some((name.clone(), Runs::Command(node.command.clone()?))));
+    built_in.chain(commands).collect()
 }
 
 /// Builds the participant of a node from the scene.
@@ -82,34 +55,10 @@ pub fn roster(scene: &Scene) -> BTreeMap<String, Runs> {
 /// # Errors
 /// The kind is unknown, its table absent, or its settings not accepted.
 pub fn participant(scene: &Scene, node: &str, kind: &str) -> Result<Box<dyn Participant>, RosterError> {
+    if built_in::kind(kind).is_none() {
+        return Err(RosterError::Kind(kind.into()));
+    }
     let no_table = || RosterError::NoTable { node: node.into(), kind: kind.into() };
-    let settings = |source| RosterError::Settings { node: node.into(), source };
-    Ok(match kind {
-        "particles" => {
-            let physics = Particles::new(scene.particles.clone().ok_or_else(no_table)?).map_err(settings)?;
-            Box::new(Local::new(node, physics))
-        }
-        "thermal" => {
-            let physics = Thermal::new(scene.thermal.clone().ok_or_else(no_table)?).map_err(settings)?;
-            Box::new(Local::new(node, physics))
-        }
-        "optics" => {
-            let own = scene.nodes.get(node).and_then(|settings| settings.optics.clone());
-            let physics = Optics::new(own.or_else(|| scene.optics.clone()).ok_or_else(no_table)?).map_err(settings)?;
-            Box::new(Local::new(node, physics))
-        }
-        "current" => {
-            let physics = Current::new(scene.current.clone().ok_or_else(no_table)?).map_err(settings)?;
-            Box::new(Local::new(node, physics))
-        }
-        "substrate" => {
-            let physics = Substrate::new(scene.substrate.clone().ok_or_else(no_table)?).map_err(settings)?;
-            Box::new(Local::new(node, physics))
-        }
-        "acoustics" => {
-            let physics = Acoustics::new(scene.acoustics.clone().ok_or_else(no_table)?).map_err(settings)?;
-            Box::new(Local::new(node, physics))
-        }
-        other => return Err(RosterError::Kind(other.into())),
-    })
+    let settings = scene.settings_of(node, kind).ok_or_else(no_table)?;
+    settings.participant(node).map_err(|source| RosterError::Settings { node: node.into(), source })
 }

@@ -1,8 +1,9 @@
 //! `stagger check --json`: a scene's values in SI units, for nodes that are not written in Rust and for scripts.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 use stagger_config::Value;
-use stagger_physics::{acoustics, current, optics, particles, substrate, thermal};
 use stagger_scene::{
     Scene,
     advice::{self, Advice},
@@ -30,8 +31,9 @@ pub struct Report<'a> {
     pub seed: u64,
     /// Every value in effect, given or default.
     pub settings: &'a [Value],
-    /// What each physics the scene names is set up with: material constants and defaults resolved.
-    pub physics: Physics<'a>,
+    /// What each physics is set up with, by its table or by the node that has settings of its own: material constants and
+    /// defaults resolved.
+    pub physics: BTreeMap<&'a str, serde_json::Value>,
     /// Advice on it, where it is asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub advice: Option<Vec<Advice>>,
@@ -41,29 +43,6 @@ pub struct Report<'a> {
     pub problem: Option<String>,
 }
 
-/// Resolved settings by physics; those the scene does not name are left out.
-#[derive(Serialize)]
-pub struct Physics<'a> {
-    /// The motion of the particles.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub particles: Option<&'a particles::Settings>,
-    /// Their temperature.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub thermal: Option<&'a thermal::Settings>,
-    /// The laser.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub optics: Option<&'a optics::Settings>,
-    /// The electrical current.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub current: Option<&'a current::Settings>,
-    /// Stress in the solid under a wall.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub substrate: Option<&'a substrate::Settings>,
-    /// The sound.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub acoustics: Option<&'a acoustics::Settings>,
-}
-
 /// Looks at a scene; `within` asks for advice with that relative change counting as none. One that cannot run has its values all the same: a node that replaces another may be what it needs.
 #[must_use]
 pub fn report(scene: &Scene, within: Option<f64>) -> Report<'_> {
@@ -71,6 +50,9 @@ pub fn report(scene: &Scene, within: Option<f64>) -> Report<'_> {
         Ok(plan) => (None, plan.map(|plan| out_of_reach(&plan, &scene.coupling)).unwrap_or_default()),
         Err(error) => (Some(format!("the scene cannot run: {error}")), Vec::new()),
     };
+    let tables = scene.physics.iter().map(|(name, settings)| (*name, settings));
+    let own = scene.nodes.iter().filter_map(|(name, node)| Some((name.as_str(), node.own.as_ref()?)));
+    let physics = tables.chain(own).map(|(name, settings)| (name, settings.to_json())).collect();
     Report {
         format: FORMAT,
         title: &scene.title,
@@ -78,14 +60,7 @@ pub fn report(scene: &Scene, within: Option<f64>) -> Report<'_> {
         hash: format!("{:016x}", scene.hash),
         seed: scene.seed,
         settings: &scene.effective,
-        physics: Physics {
-            particles: scene.particles.as_ref(),
-            thermal: scene.thermal.as_ref(),
-            optics: scene.optics.as_ref(),
-            current: scene.current.as_ref(),
-            substrate: scene.substrate.as_ref(),
-            acoustics: scene.acoustics.as_ref(),
-        },
+        physics,
         // Particles that cannot be placed are the problem already.
         advice: within.and_then(|within| advice::advise(scene, within).ok()),
         warnings,

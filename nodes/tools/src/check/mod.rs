@@ -8,7 +8,7 @@ use stagger_runtime::{
     coordinator::{self, Remote},
     launch::{
         Common, Launcher,
-        roster::{RosterError, Runs, participant, roster},
+        roster::{RosterError, Runs, roster},
     },
     link::{Link, Role, endpoint::Endpoint},
     run::{Failed, scene_files::SceneFile},
@@ -57,16 +57,15 @@ impl From<Failed> for CheckError {
 pub fn ports(scene: &Scene) -> Result<(BTreeMap<String, Ports>, Vec<String>), RosterError> {
     let mut ports = BTreeMap::new();
     let mut commands = Vec::new();
-    // Settling can take minutes, and no port depends on it.
-    let quick = scene.without_settling();
     for (node, runs) in roster(scene) {
-        match runs {
-            Runs::Physics(kind) => {
-                let built = participant(&quick, &node, &kind)?;
-                ports.insert(node, built.ports());
-            }
-            Runs::Command(_) | Runs::Recorded(_) => commands.push(node),
-        }
+        let Runs::Physics(kind) = runs else {
+            commands.push(node);
+            continue;
+        };
+        // A physics that nobody set up is found by the one who starts it.
+        let Some(settings) = scene.settings_of(&node, &kind) else { continue };
+        settings.check().map_err(|source| RosterError::Settings { node: node.clone(), source })?;
+        ports.insert(node, settings.ports());
     }
     Ok((ports, commands))
 }

@@ -1,6 +1,10 @@
 //! The settings that trade speed for accuracy, each with values around what a scene has.
 
-use stagger_physics::{optics, particles::Integrator};
+use stagger_physics::{
+    optics,
+    particles::{self, Integrator},
+    substrate,
+};
 use stagger_scene::Scene;
 
 /// Overrides `--set key=value`.
@@ -88,13 +92,13 @@ pub fn verlet(substep_s: f64) -> Set {
 
 /// Whether a scene's particles move in substeps of their own.
 pub fn has_substeps(scene: &Scene) -> bool {
-    let moved = scene.particles.as_ref().map(|particles| &particles.integrator);
+    let moved = scene.settings::<particles::Settings>().map(|particles| &particles.integrator);
     matches!(moved, Some(Integrator::Verlet { .. }))
 }
 
 /// Sampling of the light, `factor` times as fine.
 pub fn light(scene: &Scene, factor: f64) -> Set {
-    match scene.optics.as_ref().map(|optics| &optics.model) {
+    match scene.settings::<optics::Settings>().map(|optics| &optics.model) {
         Some(optics::Model::BeerLambert { spacing_m, .. }) => {
             vec![set("optics.spacing", plain(spacing_m / factor))]
         }
@@ -135,9 +139,8 @@ fn points(axis: &str, scene: &Scene, substep_s: Option<f64>) -> Vec<Point> {
         points
     };
     // Where a single physics runs, there is nothing to iterate on.
-    let coupled =
-        scene.thermal.is_some() || scene.optics.is_some() || scene.current.is_some() || scene.acoustics.is_some();
-    let particles = scene.particles.as_ref();
+    let coupled = scene.built_in_nodes().len() > 1;
+    let particles = scene.settings::<particles::Settings>();
     let moving = particles.filter(|particles| particles.integrator != Integrator::Held);
     match axis {
         "dt" => scaled(&[0.25, 0.5, 2.0, 4.0, 8.0], "dt", &|factor| step(scene, factor)),
@@ -149,11 +152,11 @@ fn points(axis: &str, scene: &Scene, substep_s: Option<f64>) -> Vec<Point> {
         "reuse" if coupled => numbers("coupling.reuse", "reuse", &[0.0, 0.1, 1.0]),
         "every" => {
             let slower = [
-                ("optics", scene.optics.is_some()),
-                ("current", scene.current.is_some()),
-                ("acoustics", scene.acoustics.is_some()),
-                ("substrate", scene.substrate.is_some()),
-                ("thermal", scene.thermal.is_some()),
+                ("optics", scene.physics.contains_key("optics")),
+                ("current", scene.physics.contains_key("current")),
+                ("acoustics", scene.physics.contains_key("acoustics")),
+                ("substrate", scene.physics.contains_key("substrate")),
+                ("thermal", scene.physics.contains_key("thermal")),
             ];
             let named = |node: &str| !scene.nodes.contains_key(node) && !scene.coupling.every.contains_key(node);
             slower
@@ -178,9 +181,11 @@ fn points(axis: &str, scene: &Scene, substep_s: Option<f64>) -> Vec<Point> {
         }
         "skin" if moving.is_some() => numbers("particles.skin", "skin", &[0.1, 0.3, 0.6, 1.0]),
         "cut-off" => cut_offs(scene),
-        "phi" if scene.thermal.is_some() => numbers("thermal.phi", "phi", &[0.0, 0.5, 1.0]),
-        "heat-solver" if scene.thermal.is_some() => choice("thermal.solver", &["fixed-point", "conjugate-gradient"]),
-        "fidelity" if scene.optics.is_some() => {
+        "phi" if scene.physics.contains_key("thermal") => numbers("thermal.phi", "phi", &[0.0, 0.5, 1.0]),
+        "heat-solver" if scene.physics.contains_key("thermal") => {
+            choice("thermal.solver", &["fixed-point", "conjugate-gradient"])
+        }
+        "fidelity" if scene.physics.contains_key("optics") => {
             choice("optics.fidelity", &["energy-balance", "beer-lambert", "beer-lambert-monograph", "rays"])
         }
         "light" => {
@@ -188,7 +193,7 @@ fn points(axis: &str, scene: &Scene, substep_s: Option<f64>) -> Vec<Point> {
             points.retain(|point| !point.set.is_empty());
             points
         }
-        "substrate" => match scene.substrate.as_ref() {
+        "substrate" => match scene.settings::<substrate::Settings>() {
             Some(substrate) if substrate.far_field_tolerance.is_none() => [1e-3, 1e-2, 1e-1]
                 .map(|tolerance| {
                     let value = format!("{{ method = \"grouped\", tolerance = {tolerance:e} }}");
@@ -212,8 +217,9 @@ fn points(axis: &str, scene: &Scene, substep_s: Option<f64>) -> Vec<Point> {
 
 /// Cut-offs of the near field: about the scene's own, or, where all pairs are summed, by the largest mean diameter.
 fn cut_offs(scene: &Scene) -> Vec<Point> {
-    let Some((particles, near)) =
-        scene.particles.as_ref().and_then(|particles| Some((particles, particles.fields.near_field.as_ref()?)))
+    let Some((particles, near)) = scene
+        .settings::<particles::Settings>()
+        .and_then(|particles| Some((particles, particles.fields.near_field.as_ref()?)))
     else {
         return Vec::new();
     };
@@ -256,7 +262,7 @@ pub fn tight(scene: &Scene, substep_s: Option<f64>, tighter: f64) -> Set {
         all.extend(verlet(own / tighter));
     }
     all.extend(light(scene, tighter.sqrt()));
-    if scene.substrate.as_ref().is_some_and(|substrate| substrate.far_field_tolerance.is_some()) {
+    if scene.settings::<substrate::Settings>().is_some_and(|substrate| substrate.far_field_tolerance.is_some()) {
         all.push(set("substrate.far-field", "{ method = \"none\" }"));
     }
     all
@@ -297,11 +303,15 @@ mod tests {
         assert_eq!((tight.coupling.dt.limit_s, tight.coupling.dt.start_s), (5e-6, 1e-6));
         assert_eq!((tight.coupling.tolerance_of("positions"), tight.coupling.tolerance_of("a")), (1e-9, 1e-8));
         assert_eq!((tight.coupling.iterations, tight.coupling.reuse), (20, 0.0));
-        let Some(Integrator::Verlet { substep_s }) = tight.particles.map(|particles| particles.integrator) else {
+        let Some(Integrator::Verlet { substep_s }) =
+            tight.settings::<particles::Settings>().map(|particles| particles.integrator)
+        else {
             panic!()
         };
         assert_eq!(substep_s, Some(2.5e-8));
-        let Some(optics::Model::BeerLambert { spacing_m, .. }) = tight.optics.map(|optics| optics.model) else {
+        let Some(optics::Model::BeerLambert { spacing_m, .. }) =
+            tight.settings::<optics::Settings>().map(|optics| optics.model.clone())
+        else {
             panic!()
         };
         assert_eq!(spacing_m, 1.25e-6);

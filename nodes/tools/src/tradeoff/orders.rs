@@ -4,7 +4,11 @@ use std::sync::atomic::AtomicBool;
 
 use serde::Serialize;
 use stagger_coupling::math;
-use stagger_physics::particles::{Friction, Integrator};
+use stagger_physics::{
+    optics,
+    particles::{self, Friction, Integrator},
+    thermal,
+};
 use stagger_scene::Scene;
 
 use super::{
@@ -40,19 +44,19 @@ pub struct Row {
 
 /// The order that the methods of a scene have, and the one that limits it.
 fn expected(scene: &Scene) -> (f64, &'static str) {
-    let particles = scene.particles.as_ref();
+    let particles = scene.settings::<particles::Settings>();
     let integrator = particles.map(|particles| &particles.integrator);
     let moves = particles.is_some_and(|it| it.integrator != Integrator::Held);
     let regularised = moves && particles.is_some_and(|it| matches!(it.friction, Some(Friction::Regularised { .. })));
-    let pulsed = scene.optics.as_ref().is_some_and(|optics| optics.beam.pulses.is_some());
+    let pulsed = scene.settings::<optics::Settings>().is_some_and(|optics| optics.beam.pulses.is_some());
     let first_order_phi = |phi: f64| (phi - 0.5).abs() > 1e-12;
     if !scene.coupling.interpolate {
         (1.0, "frozen fields are held over a step")
-    } else if scene.acoustics.is_some() {
+    } else if scene.physics.contains_key("acoustics") {
         (1.0, "sound sees the particles where they were at the step's start")
     } else if matches!(integrator, Some(Integrator::Trapezoidal { phi, .. }) if first_order_phi(*phi)) {
         (1.0, "the particles' weight phi is not 1/2")
-    } else if scene.thermal.as_ref().is_some_and(|thermal| first_order_phi(thermal.phi)) {
+    } else if scene.settings::<thermal::Settings>().is_some_and(|thermal| first_order_phi(thermal.phi)) {
         (1.0, "thermal's weight phi is not 1/2")
     } else if regularised {
         (1.0, "regularised friction sticks over one substep, whatever its size")
@@ -79,7 +83,7 @@ pub fn orders(
     interrupted: &AtomicBool,
     tell: &mut dyn FnMut(&str),
 ) -> Result<Orders, Failed> {
-    let moving = scene.particles.as_ref().map(|particles| &particles.integrator);
+    let moving = scene.settings::<particles::Settings>().map(|particles| &particles.integrator);
     let mut substep_s = None;
     let mut runs: Vec<(Ends, f64)> = Vec::new();
     for level in 0..levels {

@@ -1,6 +1,7 @@
 //! Sound that pushes the particles (Zohdi 2018, ch. 11).
 
 mod interface;
+pub mod keys;
 mod settings;
 
 use std::{collections::BTreeMap, f64::consts::PI, sync::Arc};
@@ -132,13 +133,7 @@ impl Physics for Acoustics {
     type State = ();
 
     fn ports(&self) -> Ports {
-        Ports {
-            reads: vec![
-                Port::f64("positions", "m", "particles", 3, Measure::None),
-                Port::f64("radii", "m", "particles", 1, Measure::None),
-            ],
-            writes: [&self.force, &self.paths].map(|port| (**port).clone()).into(),
-        }
+        crate::Settings::ports(&self.settings)
     }
 
     fn initial(&self) -> Result<((), Reply), SolveError> {

@@ -1,4 +1,8 @@
+use super::Acoustics;
+use crate::common::rays::POINTS;
 use serde::Serialize;
+use stagger_coupling::SolveError;
+use stagger_messages::{Measure, Port, Ports};
 
 use super::Interface;
 use crate::common::{
@@ -39,4 +43,25 @@ pub struct SoundBeam {
     pub ends_s: f64,
     /// Pulses; `None` is continuous.
     pub pulses: Option<Pulses>,
+}
+
+impl crate::Settings for Settings {
+    type Physics = Acoustics;
+
+    fn ports(&self) -> Ports {
+        Ports {
+            reads: vec![
+                Port::f64("positions", "m", "particles", 3, Measure::None),
+                Port::f64("radii", "m", "particles", 1, Measure::None),
+            ],
+            writes: vec![
+                Port::f64("acoustic_force", "N", "particles", 3, Measure::Magnitude),
+                Port::f64("acoustic_paths", "m", "acoustic-rays", 3 * POINTS as u32, Measure::None),
+            ],
+        }
+    }
+
+    fn build(self) -> Result<Acoustics, SolveError> {
+        Acoustics::new(self)
+    }
 }

@@ -1,15 +1,22 @@
 //! What several physics use: beams, rays, walls, contacts and their conductance, linear algebra.
 
 pub mod beam;
+mod bodies;
 pub mod checks;
 pub mod conductance;
 pub mod contacts;
+pub mod keys;
 pub mod linear;
+mod on_substrate;
+mod over_temperature;
 pub mod quadrature;
 pub mod rays;
 pub mod rows;
 pub mod walls;
 pub mod width;
 
+pub use bodies::{Bodies, Given, Heat, property};
 pub use conductance::{Conductance, Partner, conductance};
+pub use on_substrate::OnSubstrate;
+pub use over_temperature::Table;
 pub use walls::{Shape, Wall};

@@ -4,6 +4,7 @@ mod averaging;
 mod conductivity;
 mod graph;
 mod jacobi;
+pub mod keys;
 mod network;
 mod particles;
 mod potential;
@@ -18,10 +19,7 @@ use serde::{Deserialize, Serialize};
 pub use settings::*;
 use stagger_messages::{Energy, Field, Fields, Measure, Port, Ports, Support};
 
-use crate::common::{
-    checks::{energy_j, positive, reached, setting},
-    contacts,
-};
+use crate::common::checks::{energy_j, positive, reached, setting};
 
 const NODE: &str = "current";
 
@@ -286,17 +284,7 @@ impl Physics for Current {
     type State = State;
 
     fn ports(&self) -> Ports {
-        let mut reads = vec![Port::f64("radii", "m", "particles", 1, Measure::None)];
-        reads.extend(contacts::ports());
-        if self.settings.reads_temperature {
-            reads.push(Port::f64("temperature", "K", "particles", 1, Measure::None));
-        }
-        if self.settings.reads_ids {
-            reads.push(Port::u32("ids", "particles", 1));
-        }
-        let Written { joule_power, current_density, wall_current, wall_current_density, potential } = &self.written;
-        let written = [joule_power, current_density, wall_current, wall_current_density];
-        Ports { reads, writes: written.into_iter().chain(potential).map(|port| (**port).clone()).collect() }
+        crate::Settings::ports(&self.settings)
     }
 
     fn initial(&self) -> Result<(State, Reply), SolveError> {
@@ -306,7 +294,7 @@ impl Physics for Current {
     }
 
     fn solve(&self, state: &State, frozen: &Frozen, window: Window) -> Result<(State, Reply), SolveError> {
-        let now = Particles::read(&self.settings, &frozen.end)?;
+        let now = Particles::read(&frozen.end)?;
         let rows = Some(now.rows.clone());
         let share = self.on_share(window);
         if share <= 0.0 {
@@ -315,7 +303,7 @@ impl Physics for Current {
             return Ok((State { rows, last: None }, Reply { fields, ledger, ..Reply::default() }));
         }
 
-        let before = Particles::read(&self.settings, &frozen.start)?;
+        let before = Particles::read(&frozen.start)?;
         let known = [Some(before.rows), state.rows.as_ref()];
         let last = self.carried(state, &now)?;
         let is_same = |rows: &Field| rows.support == now.rows.support;

@@ -20,12 +20,13 @@ pub(super) struct Particles<'f> {
 }
 
 impl<'f> Particles<'f> {
-    pub(super) fn read(settings: &Settings, fields: &'f Fields) -> Result<Self, SolveError> {
+    pub(super) fn read(fields: &'f Fields) -> Result<Self, SolveError> {
         let radii_m = radii(NODE, fields)?;
-        let rows = field(fields, if settings.reads_ids { "ids" } else { "radii" })?;
+        let has_ids = fields.contains_key("ids");
+        let rows = field(fields, if has_ids { "ids" } else { "radii" })?;
         let support = &field(fields, "radii")?.support;
         if rows.support == *support {
-            return Ok(Self { radii_m, rows, has_ids: settings.reads_ids });
+            return Ok(Self { radii_m, rows, has_ids });
         }
         Err(SolveError::Mismatch(format!(
             "{NODE}: field `ids` is of {} particles at revision {}, but `radii` of {} at revision {}",
@@ -49,7 +50,7 @@ impl<'f> Particles<'f> {
         fields: &'f Fields,
         known: [Option<&Field>; 2],
     ) -> Result<Cow<'f, [f64]>, SolveError> {
-        if !settings.reads_temperature {
+        if settings.conductivity.by_temperature.is_none() || !fields.contains_key("temperature") {
             return Ok(vec![settings.temperature_k; self.radii_m.len()].into());
         }
         let temperature = field(fields, "temperature")?;

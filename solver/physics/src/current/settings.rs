@@ -1,4 +1,8 @@
+use super::Current;
+use crate::common::contacts;
 use serde::Serialize;
+use stagger_coupling::SolveError;
+use stagger_messages::{Measure, Port, Ports};
 
 pub use super::conductivity::{Conductivity, Transition};
 use crate::common::{Conductance, Wall};
@@ -22,10 +26,6 @@ pub struct Settings {
     pub ends_s: f64,
     /// How the linear equations are solved.
     pub solver: Solver,
-    /// True where a thermal physics writes `temperature` and the conductivity depends on it.
-    pub reads_temperature: bool,
-    /// True where particles may come and go during the run: `ids` then says which row is whose.
-    pub reads_ids: bool,
 }
 
 /// How the current is computed.
@@ -64,4 +64,32 @@ pub enum Method {
     ConjugateGradient,
     /// Jacobi's sweeps, the monograph's: for comparison.
     Jacobi,
+}
+
+impl crate::Settings for Settings {
+    type Physics = Current;
+
+    fn ports(&self) -> Ports {
+        let of = |name, unit, support, measure| Port::f64(name, unit, support, 1, measure);
+        let mut reads = vec![of("radii", "m", "particles", Measure::None)];
+        reads.extend(contacts::ports());
+        if self.conductivity.by_temperature.is_some() {
+            reads.push(of("temperature", "K", "particles", Measure::None).as_optional());
+        }
+        reads.push(Port::u32("ids", "particles", 1).as_optional());
+        let mut writes = vec![
+            of("joule_power", "W", "particles", Measure::Magnitude),
+            of("current_density", "A/m^2", "particles", Measure::None),
+            of("wall_current", "A", "electrodes", Measure::None),
+            of("wall_current_density", "A/m^2", "electrodes", Measure::None),
+        ];
+        if matches!(self.model, Model::Potential { .. }) {
+            writes.push(of("potential", "V", "particles", Measure::None));
+        }
+        Ports { reads, writes }
+    }
+
+    fn build(self) -> Result<Current, SolveError> {
+        Current::new(self)
+    }
 }

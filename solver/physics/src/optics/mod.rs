@@ -3,6 +3,7 @@
 mod beer_lambert;
 mod beer_lambert_monograph;
 mod energy_balance;
+pub mod keys;
 mod rays;
 mod settings;
 
@@ -43,7 +44,7 @@ pub struct Optics {
     frame: Frame,
     absorption: Absorption,
     written: Written,
-    reads_ids: bool,
+    ports: Ports,
 }
 
 /// A [`Model`] made ready.
@@ -117,8 +118,9 @@ impl Optics {
             beam_power: Arc::new(Port::f64("beam_power", "W", "beam", 1, Measure::None)),
             ray_paths: matches!(absorption, Absorption::Rays(_)).then(paths),
         };
-        let Settings { count, beam, reads_ids, .. } = settings;
-        Ok(Self { count, beam, frame, absorption, written, reads_ids })
+        let ports = crate::Settings::ports(&settings);
+        let Settings { count, beam, .. } = settings;
+        Ok(Self { count, beam, frame, absorption, written, ports })
     }
 
     fn reads_melted(&self) -> bool {
@@ -214,20 +216,7 @@ impl Physics for Optics {
     type State = State;
 
     fn ports(&self) -> Ports {
-        let Written { absorbed_power, beam_spot, beam_radius, beam_power, ray_paths } = &self.written;
-        let mut reads = vec![
-            Port::f64("positions", "m", "particles", 3, Measure::None),
-            Port::f64("radii", "m", "particles", 1, Measure::None),
-        ];
-        if self.reads_melted() {
-            reads.push(Port::f64("melted", "1", "particles", 1, Measure::None));
-            reads.extend(self.reads_ids.then(|| Port::u32("ids", "particles", 1)));
-        }
-        if self.reads_material() {
-            reads.push(Port::u32("material", "particles", 1));
-        }
-        let writes = [absorbed_power, beam_spot, beam_radius, beam_power].into_iter().chain(ray_paths);
-        Ports { reads, writes: writes.map(|port| (**port).clone()).collect() }
+        self.ports.clone()
     }
 
     fn initial(&self) -> Result<(State, Reply), SolveError> {

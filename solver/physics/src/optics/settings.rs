@@ -1,4 +1,8 @@
+use super::Optics;
+use crate::common::rays::POINTS;
 use serde::Serialize;
+use stagger_coupling::SolveError;
+use stagger_messages::{Measure, Port, Ports};
 
 pub use crate::common::beam::{Beam, Path, Profile, Pulses};
 use crate::common::rays::{RefractiveIndex, Sampling};
@@ -18,8 +22,6 @@ pub struct Settings {
     /// Heat capacity ρ C of each material at the start, in J/(m³ K), in the order in which particles name them: by these
     /// [`Model::EnergyBalance`] spreads the power. Empty with other models and where there is one material.
     pub capacities_j_m3_k: Vec<f64>,
-    /// Whether particles come and go, so that a field may belong to those of another instant.
-    pub reads_ids: bool,
 }
 
 /// How absorption is computed, cheapest first.
@@ -68,4 +70,32 @@ pub struct Surface {
     pub molten: Option<RefractiveIndex>,
     /// Magnetic permeability μ̂ over that of the gas; positive.
     pub permeability: f64,
+}
+
+impl crate::Settings for Settings {
+    type Physics = Optics;
+
+    fn ports(&self) -> Ports {
+        let of = |name, unit, support, components, measure| Port::f64(name, unit, support, components, measure);
+        let mut reads =
+            vec![of("positions", "m", "particles", 3, Measure::None), of("radii", "m", "particles", 1, Measure::None)];
+        let traced = matches!(self.model, Model::Rays { .. });
+        if matches!(&self.model, Model::Rays { surface, .. } if surface.molten.is_some()) {
+            reads.push(of("melted", "1", "particles", 1, Measure::None));
+            reads.push(Port::u32("ids", "particles", 1).as_optional());
+        }
+        reads.extend(self.reads_material().then(|| Port::u32("material", "particles", 1)));
+        let mut writes = vec![
+            of("absorbed_power", "W", "particles", 1, Measure::Magnitude),
+            of("beam_spot", "m", "beam", 3, Measure::None),
+            of("beam_radius", "m", "beam", 1, Measure::None),
+            of("beam_power", "W", "beam", 1, Measure::None),
+        ];
+        writes.extend(traced.then(|| of("ray_paths", "m", "rays", 3 * POINTS as u32, Measure::None)));
+        Ports { reads, writes }
+    }
+
+    fn build(self) -> Result<Optics, SolveError> {
+        Optics::new(self)
+    }
 }

@@ -24,7 +24,7 @@ pub(super) struct Booked {
 impl Particles {
     /// Whether particles may come or go.
     pub(super) fn come_and_go(&self) -> bool {
-        !self.settings.pours.is_empty() || self.settings.domain.is_some() || self.settings.reads_vapourised
+        self.settings.come_and_go()
     }
 
     /// Who the particles of `state` are and what they are made of, where somebody may ask.

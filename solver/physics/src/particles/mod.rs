@@ -20,6 +20,7 @@ mod gyration;
 mod held;
 mod hertz;
 mod kernel;
+pub mod keys;
 pub(crate) mod lanes;
 mod ledger;
 mod linear;
@@ -32,6 +33,7 @@ mod overlap;
 mod pair_kernel;
 mod pair_table;
 mod pistons;
+mod ports;
 mod pour;
 mod register;
 mod rolling;
@@ -125,7 +127,6 @@ pub struct Particles {
     contact_s: f64,
     /// Longest substep of the Verlet integrator, in s: the scene's own, or that of the speeds which the start lets expect.
     substep_s: f64,
-    temperature: Arc<Port>,
     positions: Arc<Port>,
     velocities: Arc<Port>,
     radii: Arc<Port>,
@@ -174,7 +175,6 @@ impl Particles {
             hardest: None,
             contact_s: f64::INFINITY,
             substep_s: f64::INFINITY,
-            temperature: Arc::new(Port::f64("temperature", "K", "particles", 1, Measure::Magnitude).as_read()),
             positions: vectors("positions", "m", Measure::Increment),
             velocities: vectors("velocities", "m/s", Measure::None),
             radii: Arc::new(Port::f64("radii", "m", "particles", 1, Measure::None)),
@@ -491,17 +491,7 @@ impl Physics for Particles {
     type State = State;
 
     fn ports(&self) -> Ports {
-        let written = [&self.positions, &self.velocities, &self.radii].into_iter();
-        let lists = self.contact_ports.all().chain(self.wall_contact_ports.all());
-        let ids = self.come_and_go().then_some(&self.ids);
-        let loads = self.settings.substrate.map(|_| self.wall_load_ports.written()).into_iter().flatten();
-        let material = self.settings.writes_material.then_some(&self.material);
-        let vapourised = self.settings.reads_vapourised.then(|| Port::u8("vapourised", "particles", 1));
-        let written = written.chain(lists).chain(loads).chain(ids).chain(material);
-        Ports {
-            reads: self.reads().into_iter().chain(vapourised).collect(),
-            writes: written.map(|port| (**port).clone()).collect(),
-        }
+        ports::ports(&self.settings)
     }
 
     fn initial(&self) -> Result<(State, Reply), SolveError> {

@@ -1,7 +1,7 @@
 //! What other physics do to the particles during a window: their frozen fields, in memory order.
 
 use stagger_coupling::{Frozen, SolveError, Window};
-use stagger_messages::{Field, Measure, Port};
+use stagger_messages::Field;
 
 use super::{Particles, State, Vec3};
 use crate::common::rows::by_ids;
@@ -25,14 +25,6 @@ pub(super) struct Heat {
 }
 
 impl Particles {
-    /// What these particles read beside positions of their own.
-    pub(super) fn reads(&self) -> Vec<Port> {
-        let temperature = self.settings.reads_temperature.then(|| (*self.temperature).clone());
-        let push = || Port::f64("acoustic_force", "N", "particles", 3, Measure::None).as_sum();
-        let sunk = self.sinking_wall().map(|_| (*self.wall_load_ports.deflection).clone());
-        temperature.into_iter().chain(sunk).chain(self.settings.fields.reads_acoustic_force.then(push)).collect()
-    }
-
     /// The frozen fields on the particles of `now`.
     ///
     /// The push is the mean over the window that its writer gives: it acts unchanged from the window's start to its end.

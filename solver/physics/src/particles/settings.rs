@@ -1,16 +1,10 @@
 use serde::Serialize;
+use stagger_coupling::SolveError;
+use stagger_messages::Ports;
 
-use super::{Domain, Pour, settings_bonds::BondSettings, settings_fields::FieldForces};
+use super::{Domain, Particles, Pour, ports::ports, settings_bonds::BondSettings, settings_fields::FieldForces};
+pub use crate::common::OnSubstrate;
 use crate::common::Wall;
-
-/// A substrate under a wall: the particles write the forces on the walls for it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub struct OnSubstrate {
-    /// Index of the wall in the scene; a plane at rest.
-    pub wall: usize,
-    /// True where the substrate writes `wall_deflection`, by which the wall then gives way under each particle.
-    pub deflects: bool,
-}
 
 /// Everything the particle dynamics of a scene depends on. SI units.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -70,7 +64,30 @@ pub struct Settings {
     pub domain: Option<Domain>,
 }
 
+impl crate::Settings for Settings {
+    type Physics = Particles;
+
+    fn ports(&self) -> Ports {
+        ports(self)
+    }
+
+    fn build(self) -> Result<Particles, SolveError> {
+        Particles::new(self)
+    }
+
+    /// Settling can take minutes; whether particles can be placed where they fall from is known at once.
+    fn check(&self) -> Result<(), SolveError> {
+        Particles::new(self.clone().without_settling()).map(drop)
+    }
+}
+
 impl Settings {
+    /// Whether particles may come or go during a run.
+    #[must_use]
+    pub fn come_and_go(&self) -> bool {
+        !self.pours.is_empty() || self.domain.is_some() || self.reads_vapourised
+    }
+
     /// What a scene gets that says nothing else: seed 1, 300 K and gravity of 9.81 m/s² down the z axis; contacts without
     /// damping, friction or bonds; vacuum without fields or walls; particles that do not spin, all of one material, who
     /// neither come nor go; velocity Verlet at the automatic substep, with a skin of 0.3 radii.

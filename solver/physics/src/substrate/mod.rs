@@ -4,6 +4,7 @@ mod deflection;
 mod far_field;
 mod half_space;
 mod hertz_disc;
+pub mod keys;
 mod point_load;
 mod samples;
 mod settings;
@@ -235,23 +236,7 @@ impl Physics for Substrate {
     type State = ();
 
     fn ports(&self) -> Ports {
-        let contact =
-            |name: &str, unit: &str, components: u32| Port::f64(name, unit, "wall-contacts", components, Measure::None);
-        let mut reads = vec![
-            Port::u32("wall_contact_pairs", "wall-contacts", 2),
-            contact("wall_contact_area", "m^2", 1),
-            contact("wall_contact_force", "N", 3),
-            contact("wall_contact_position", "m", 3),
-        ];
-        let Written { stress, position, deviator, von_mises, pressure, deflection } = &self.written;
-        let mut writes: Vec<Port> =
-            [stress, position, deviator, von_mises, pressure].map(|port| (**port).clone()).into();
-        if self.settings.deflection_young_pa.is_some() {
-            reads.push(Port::f64("positions", "m", "particles", 3, Measure::None));
-            reads.push(Port::f64("radii", "m", "particles", 1, Measure::None));
-            writes.push((**deflection).clone());
-        }
-        Ports { reads, writes }
+        crate::Settings::ports(&self.settings)
     }
 
     fn initial(&self) -> Result<((), Reply), SolveError> {

@@ -1,5 +1,8 @@
+use super::Substrate;
+use crate::common::{Bodies, OnSubstrate};
 use serde::Serialize;
 use stagger_coupling::SolveError;
+use stagger_messages::{Measure, Port, Ports};
 
 use super::{NODE, far_field::FarField};
 use crate::common::{
@@ -91,5 +94,48 @@ impl Settings {
         }
         setting(NODE, "number of points", points, points <= POINTS_LIMIT as f64, "at most ten million")?;
         Ok((plane, self.far_field_tolerance.map(FarField::new).transpose()?))
+    }
+}
+
+impl crate::Settings for Settings {
+    type Physics = Substrate;
+
+    fn ports(&self) -> Ports {
+        let contact =
+            |name: &str, unit: &str, components: u32| Port::f64(name, unit, "wall-contacts", components, Measure::None);
+        let mut reads = vec![
+            Port::u32("wall_contact_pairs", "wall-contacts", 2),
+            contact("wall_contact_area", "m^2", 1),
+            contact("wall_contact_force", "N", 3),
+            contact("wall_contact_position", "m", 3),
+        ];
+        let at_points =
+            |name: &str, unit: &str, components: u32| Port::f64(name, unit, "grid", components, Measure::None);
+        let mut writes = vec![
+            at_points("stress", "Pa", 6),
+            at_points("stress_position", "m", 3),
+            at_points("stress_deviator_norm", "Pa", 1),
+            at_points("von_mises_stress", "Pa", 1),
+            at_points("pressure", "Pa", 1),
+        ];
+        if self.deflection_young_pa.is_some() {
+            reads.push(Port::f64("positions", "m", "particles", 3, Measure::None));
+            reads.push(Port::f64("radii", "m", "particles", 1, Measure::None));
+            writes.push(Port::f64("wall_deflection", "m", "particles", 1, Measure::Magnitude));
+        }
+        Ports { reads, writes }
+    }
+
+    fn build(self) -> Result<Substrate, SolveError> {
+        Substrate::new(self)
+    }
+
+    fn on_substrate(&self) -> Option<OnSubstrate> {
+        Some(OnSubstrate { wall: self.wall_index as usize, deflects: self.deflection_young_pa.is_some() })
+    }
+
+    /// A deflection that comes and goes with a single contact has no size to be measured by.
+    fn absolute_tolerances(&self, bodies: &Bodies<'_>) -> Vec<(&'static str, f64)> {
+        self.deflection_young_pa.map(|_| ("wall_deflection", 1e-9 * bodies.radius_m)).into_iter().collect()
     }
 }

@@ -65,7 +65,7 @@ impl Curve {
     /// # Errors
     /// The capacity is not positive, or melting ends above the temperature at which boiling begins.
     pub(super) fn new(capacity: &Table, phases: Option<&Phases>, start_k: f64) -> Result<Self, SolveError> {
-        capacity.check("heat capacity", |value| value > 0.0, "positive and finite")?;
+        capacity.check(NODE, "heat capacity", |value| value > 0.0, "positive and finite")?;
         let changes: Vec<_> =
             phases.into_iter().flat_map(|phases| [phases.melting, phases.boiling]).flatten().collect();
         for change in &changes {

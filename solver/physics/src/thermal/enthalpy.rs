@@ -96,7 +96,7 @@ impl Form {
         }
         let prepare = |material: &super::Material| {
             positive(NODE, "density", material.density_kg_m3)?;
-            material.conductivity_w_m_k.check("conductivity", |value| value >= 0.0, "at least 0 and finite")?;
+            material.conductivity_w_m_k.check(NODE, "conductivity", |value| value >= 0.0, "at least 0 and finite")?;
             let curve = Curve::new(&material.heat_capacity_j_kg_k, material.phases.as_ref(), settings.temperature_k)?;
             let (density_kg_m3, conductivity) = (material.density_kg_m3, material.conductivity_w_m_k.clone());
             Ok(Prepared { density_kg_m3, curve, conductivity })

@@ -4,30 +4,27 @@ mod ambient;
 mod balance;
 mod curve;
 mod enthalpy;
+pub mod keys;
 mod network;
 mod newton;
 mod overshoot;
 mod particles;
 mod presence;
 mod settings;
-mod table;
 mod trapezoidal;
 
 use stagger_coupling::{Frozen, NotConverged, Physics, Reply, SolveError, Window};
 use std::{borrow::Cow, collections::BTreeMap, sync::Arc};
 
+pub use crate::common::Table;
 use enthalpy::Form;
 use network::{Conductivities, Network};
 use particles::{Carried, Particles, Power};
 use serde::{Deserialize, Serialize};
 pub use settings::*;
 use stagger_messages::{Energy, Field, Fields, Measure, Port, Ports, Values};
-pub use table::Table;
 
-use crate::common::{
-    checks::{energy_j, finite, positive, setting},
-    contacts,
-};
+use crate::common::checks::{energy_j, finite, positive, setting};
 
 const NODE: &str = "thermal";
 
@@ -257,23 +254,7 @@ impl Physics for Thermal {
     type State = State;
 
     fn ports(&self) -> Ports {
-        let mut reads = vec![Port::f64("radii", "m", "particles", 1, Measure::None)];
-        reads.extend(contacts::ports());
-        if self.settings.reads_absorbed_power {
-            reads.push(Port::f64("absorbed_power", "W", "particles", 1, Measure::None).as_sum());
-        }
-        if self.settings.reads_joule_power {
-            reads.push(Port::f64("joule_power", "W", "particles", 1, Measure::None).as_sum());
-        }
-        if self.settings.reads_ids {
-            reads.push(Port::u32("ids", "particles", 1));
-        }
-        if self.settings.reads_material() {
-            reads.push(Port::u32("material", "particles", 1));
-        }
-        let phases = [&self.melted, &self.vapourised].into_iter().filter(|_| self.changes_phase());
-        let writes = [&self.temperature].into_iter().chain(phases).map(|port| (**port).clone()).collect();
-        Ports { reads, writes }
+        crate::Settings::ports(&self.settings)
     }
 
     fn initial(&self) -> Result<(State, Reply), SolveError> {
@@ -323,10 +304,12 @@ impl Physics for Thermal {
                 state.temperature.rows()
             )));
         }
-        let mut power =
-            |reads: bool, name: &str| reads.then(|| now.power(name, &frozen.end, [&before, then])).transpose();
-        let absorbed = power(settings.reads_absorbed_power, "absorbed_power")?;
-        let joule = power(settings.reads_joule_power, "joule_power")?;
+        let mut power = |name: &str| {
+            let is_written = frozen.end.contains_key(name);
+            is_written.then(|| now.power(name, &frozen.end, [&before, then])).transpose()
+        };
+        let absorbed = power("absorbed_power")?;
+        let joule = power("joule_power")?;
         let both = || [&absorbed, &joule].into_iter().flatten();
         let power_w = match (&absorbed, &joule) {
             (Some(light), Some(current)) => {
@@ -349,10 +332,11 @@ impl Physics for Thermal {
         ledger.push(Energy::gained("absorbed", absorbed_j));
         ledger.extend(ended.exchanged);
         ledger.extend(joule_j.map(|joule_j| Energy::gained("joule", joule_j)));
-        if settings.reads_ids {
+        let come_and_go = frozen.end.contains_key("ids");
+        if come_and_go {
             ledger.extend([Energy::gained("poured", ended.poured_j), Energy::lost("removed", ended.removed_j)]);
         }
-        if settings.reads_ids || self.changes_phase() {
+        if come_and_go || self.changes_phase() {
             ledger.push(Energy::lost("missed", missed_w * window.dt_s + ended.missed_j));
         }
         let rows = &now.radii.support;

@@ -59,7 +59,7 @@ impl Particles {
                 ))),
             }
         };
-        let ids = of_these(settings.reads_ids, "ids")?;
+        let ids = of_these(fields.contains_key("ids"), "ids")?;
         let kinds = of_these(settings.reads_material(), "material")?;
         Ok(Self { radii, ids, kinds, heated: Vec::new() })
     }

@@ -2,13 +2,16 @@ use std::f64::consts::PI;
 
 use serde::Serialize;
 
-use super::{NODE, Table};
+use stagger_messages::{Measure, Port, Ports};
+
+use super::{NODE, Table, Thermal};
 pub use crate::common::Conductance;
 use stagger_coupling::{SolveError, math};
 
 use crate::common::{
     Wall,
     checks::{positive, setting},
+    contacts,
 };
 
 /// Everything the particles' temperature depends on. SI units.
@@ -37,12 +40,6 @@ pub struct Settings {
     pub phi: f64,
     /// What is done where a window with this φ would carry a particle beyond all that surrounds it.
     pub overshoot: Overshoot,
-    /// True where an optics physics writes `absorbed_power`.
-    pub reads_absorbed_power: bool,
-    /// True where a current physics writes `joule_power`.
-    pub reads_joule_power: bool,
-    /// True where particles may come and go during the run: `ids` then says which row is whose.
-    pub reads_ids: bool,
     /// Tolerance of the fixed point: largest change of a temperature over the largest temperature.
     pub tolerance: f64,
     /// Iterations after which the window is given up.
@@ -178,6 +175,29 @@ impl Start {
             setting(NODE, "liquid share of a particle", share, (0.0..=1.0).contains(&share), "from 0 to 1")?;
         }
         radii_m.iter().try_for_each(|&radius_m| positive(NODE, "radius of a particle", radius_m))
+    }
+}
+
+impl crate::Settings for Settings {
+    type Physics = Thermal;
+
+    fn ports(&self) -> Ports {
+        let particles = |name, unit| Port::f64(name, unit, "particles", 1, Measure::None);
+        let mut reads = vec![particles("radii", "m")];
+        reads.extend(contacts::ports());
+        // Several lasers may light the particles.
+        let power = |name| particles(name, "W").as_sum().as_optional();
+        reads.extend([power("absorbed_power"), power("joule_power"), Port::u32("ids", "particles", 1).as_optional()]);
+        reads.extend(self.reads_material().then(|| Port::u32("material", "particles", 1)));
+        let mut writes = vec![Port::f64("temperature", "K", "particles", 1, Measure::Magnitude)];
+        if self.enthalpy.as_ref().is_some_and(Enthalpy::changes_phase) {
+            writes.extend([particles("melted", "1"), Port::u8("vapourised", "particles", 1)]);
+        }
+        Ports { reads, writes }
+    }
+
+    fn build(self) -> Result<Thermal, SolveError> {
+        Thermal::new(self)
     }
 }
 

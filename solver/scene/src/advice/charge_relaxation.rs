@@ -1,5 +1,7 @@
 //! Charge relaxation over the step: whether a steady current is found in each step.
 
+use stagger_physics::current::Settings;
+
 use super::{Advice, Verdict, facts::Facts};
 
 /// Permittivity of vacuum ε₀, in F/m (CODATA 2018).
@@ -16,7 +18,7 @@ pub fn charge_relaxation_s(conductivity_s_m: f64) -> f64 {
 
 /// Advice on the steady current: ε₀/(σ Δt), with the first step, which the step control starts from, and the least σ.
 pub(super) fn advise(facts: &Facts<'_>) -> Vec<Advice> {
-    let Some(current) = &facts.scene.current else { return Vec::new() };
+    let Some(current) = facts.scene.settings::<Settings>() else { return Vec::new() };
     let [least, _] = current.conductivity.range_s_m();
     let dt_s = facts.scene.coupling.dt.start_s;
     if least <= 0.0 {

@@ -6,7 +6,7 @@ use stagger_physics::{
         Partner, conductance,
         walls::{Motion, Shape},
     },
-    current::Model as CurrentModel,
+    current::{Model as CurrentModel, Settings as CurrentSettings},
     optics::{Model, Path, Settings as OpticsSettings},
     particles::{Expectation, Particles, Radius, Settings as ParticlesSettings, Start},
     thermal::Settings as ThermalSettings,
@@ -63,11 +63,9 @@ pub(super) struct Facts<'s> {
 impl<'s> Facts<'s> {
     /// `None` where the scene has no particles.
     pub fn of(scene: &'s Scene, within: f64) -> Result<Option<Self>, SolveError> {
-        let Some(settings) = &scene.particles else { return Ok(None) };
+        let Some(settings) = scene.settings::<ParticlesSettings>() else { return Ok(None) };
         // Settling can take minutes, and needs the run's own engine.
-        let loose = scene.without_settling();
-        let Some(placed) = &loose.particles else { return Ok(None) };
-        let particles = Particles::new(placed.clone())?;
+        let particles = Particles::new(settings.clone().without_settling())?;
         let mut expectation = particles.expectation()?;
         let mut bodies: Vec<Body> = expectation
             .radii_m
@@ -96,14 +94,10 @@ impl<'s> Facts<'s> {
             Laser { table, settings, energy_j }
         };
         let mut lasers: Vec<Laser<'s>> = Vec::new();
-        lasers.extend(scene.optics.iter().map(|settings| laser("optics".into(), settings)));
-        lasers.extend(
-            scene.nodes.iter().filter_map(|(name, node)| {
-                node.optics.as_ref().map(|settings| laser(format!("nodes.{name}"), settings))
-            }),
-        );
+        lasers.extend(scene.settings().map(|settings| laser("optics".into(), settings)));
+        lasers.extend(scene.own_settings().map(|(name, settings)| laser(format!("nodes.{name}"), settings)));
         let room = room(scene, &expectation, settings);
-        let thermal = scene.thermal.as_ref();
+        let thermal = scene.settings();
         Ok(Some(Self { scene, within, settings, thermal, lasers, expectation, bodies, room, particles }))
     }
 
@@ -224,7 +218,7 @@ impl<'s> Facts<'s> {
     /// A current density that is a mean of its neighbours' is nowhere larger than the largest of the walls'. Between
     /// potentials no more current flows than the contacts with one electrode let through under all the tension.
     pub fn joule_rise_k(&self, thermal: &ThermalSettings) -> Option<[f64; 2]> {
-        let Some(current) = &self.scene.current else { return Some([0.0; 2]) };
+        let Some(current) = self.scene.settings::<CurrentSettings>() else { return Some([0.0; 2]) };
         let on_s = (current.ends_s.min(self.duration_s()) - current.starts_s).max(0.0);
         let capacity = self.capacity_j_kg_k(thermal);
         let electrodes = || self.scene.walls.iter().map(|wall| wall.electrode);

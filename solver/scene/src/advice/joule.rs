@@ -1,13 +1,13 @@
 //! Joule heat over the heat of the particles.
 
+use stagger_physics::current::Settings;
+
 use super::{Advice, Verdict, facts::Facts};
 
 /// Advice on the current: the rise a J² t/(σ ρ C) by Joule heat over the temperature at the start (Zohdi 2018, eq. 8.6), or that
 /// of the most power that the contacts with the electrodes let through between their potentials.
 pub(super) fn advise(facts: &Facts<'_>) -> Vec<Advice> {
-    if facts.scene.current.is_none() {
-        return Vec::new();
-    }
+    let Some(current) = facts.scene.settings::<Settings>() else { return Vec::new() };
     let Some(thermal) = facts.thermal else {
         let says = "Joule heat warms nothing: without [thermal] the current alone is found";
         let meaning = "physics of the scene that take the heat up";
@@ -22,7 +22,7 @@ pub(super) fn advise(facts: &Facts<'_>) -> Vec<Advice> {
     let start_k = thermal.temperature_k;
     let small = mean_k <= facts.within * start_k && peak_k <= super::fourier::PEAK_OVER_MEAN * facts.within * start_k;
     let verdict = if small { Verdict::Drop } else { Verdict::Keep };
-    let on_s = facts.scene.current.as_ref().map_or(0.0, |own| own.ends_s.min(facts.duration_s()) - own.starts_s);
+    let on_s = current.ends_s.min(facts.duration_s()) - current.starts_s;
     let says = if on_s <= 0.0 {
         "no wall is electrified during the run".to_owned()
     } else if small {

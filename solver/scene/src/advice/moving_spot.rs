@@ -1,7 +1,7 @@
 //! The way of a beam's spot, and the time of its pulses, over the step.
 
 use super::{Advice, Edit, Verdict, facts::Facts};
-use stagger_physics::{common::beam::Path, optics::Pulses};
+use stagger_physics::{acoustics::Settings, common::beam::Path, optics::Pulses};
 
 /// Share of the radius within which half of the power lies that the spot may go in a step.
 ///
@@ -96,7 +96,7 @@ fn beams<'f>(facts: &'f Facts<'_>) -> Vec<Sweeping<'f>> {
         let beam = &laser.settings.beam;
         of(laser.table.clone(), beam.profile.quantile_m(0.5), &beam.path, beam.starts_s, beam.ends_s, beam.pulses)
     });
-    let sound = facts.scene.acoustics.iter().map(|acoustics| {
+    let sound = facts.scene.settings::<Settings>().into_iter().map(|acoustics| {
         let beam = &acoustics.beam;
         // Of the same intensity all over: half of the power lies within 1/sqrt 2 of the radius.
         let radius_m = beam.radius_m * 0.5f64.sqrt();

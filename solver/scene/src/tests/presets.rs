@@ -20,7 +20,7 @@ fn a_preset_goes_over_the_scene_and_overrides_over_both() {
     let draft = parse(&[("coupling.iterations", "5"), ("preset", "draft")]).unwrap();
     assert_eq!((draft.coupling.dt.start_s, draft.coupling.dt.limit_s), (1e-6, 4e-5));
     assert_eq!((draft.coupling.iterations, draft.coupling.tolerance["positions"]), (5, 1e-6));
-    assert_eq!(draft.particles.unwrap().gravity_m_s2, [0.0; 3]);
+    assert_eq!(draft.settings::<stagger_physics::particles::Settings>().unwrap().gravity_m_s2, [0.0; 3]);
     // A value in the place of a table is what the scene would be with it.
     assert_eq!(parse(&[("preset", "fine")]).unwrap().coupling.dt.limit_s, 1e-7);
     assert_ne!(standard.hash, draft.hash);

@@ -28,8 +28,11 @@ fn told(scene: &str, overrides: &[(&str, &str)]) -> String {
 #[test]
 fn a_plain_scene_keeps_the_temperature_form() {
     let scene = parse(BED, &[]);
-    let (thermal, particles) = (scene.thermal.unwrap(), scene.particles.unwrap());
-    assert!(thermal.enthalpy.is_none() && !thermal.reads_ids);
+    let (thermal, particles) = (
+        scene.settings::<stagger_physics::thermal::Settings>().unwrap().clone(),
+        scene.settings::<stagger_physics::particles::Settings>().unwrap().clone(),
+    );
+    assert!(thermal.enthalpy.is_none());
     assert!(!particles.reads_vapourised && !particles.writes_material);
     assert_eq!(
         (thermal.density_kg_m3, thermal.heat_capacity_j_kg_k, thermal.conductivity_w_m_k),
@@ -40,21 +43,28 @@ fn a_plain_scene_keeps_the_temperature_form() {
 #[test]
 fn phases_come_from_the_material_and_vapour_leaves() {
     let scene = parse(BED, &[("thermal.phases", "{ boiling-band = 2 }"), ("thermal.solver", "conjugate-gradient")]);
-    let (thermal, particles) = (scene.thermal.unwrap(), scene.particles.unwrap());
-    assert!(thermal.reads_ids && particles.reads_vapourised && !particles.writes_material);
+    let (thermal, particles) = (
+        scene.settings::<stagger_physics::thermal::Settings>().unwrap().clone(),
+        scene.settings::<stagger_physics::particles::Settings>().unwrap().clone(),
+    );
+    assert!(particles.come_and_go() && particles.reads_vapourised && !particles.writes_material);
     let enthalpy = thermal.enthalpy.unwrap();
     assert_eq!(enthalpy.solver, Solver::ConjugateGradient);
     let phases = enthalpy.materials[0].phases.unwrap();
     assert_eq!(phases.melting.unwrap(), PhaseChange { from_k: 1658.0, width_k: 65.0, latent_j_kg: 2.6e5 });
     assert_eq!(phases.boiling.unwrap(), PhaseChange { from_k: 3134.0, width_k: 2.0, latent_j_kg: 6.1e6 });
-    let sharp = parse(BED, &[("thermal.phases", "{ melting-band = 0, vapour = false }")]).thermal.unwrap();
+    let sharp = parse(BED, &[("thermal.phases", "{ melting-band = 0, vapour = false }")])
+        .settings::<stagger_physics::thermal::Settings>()
+        .unwrap()
+        .clone();
     let phases = sharp.enthalpy.unwrap().materials[0].phases.unwrap();
     assert_eq!((phases.melting.unwrap().width_k, phases.boiling), (0.0, None));
 }
 
 #[test]
 fn properties_may_be_tables_and_materials_several() {
-    let ink = parse(BED, &[("particles.material", "ink")]).thermal.unwrap();
+    let ink =
+        parse(BED, &[("particles.material", "ink")]).settings::<stagger_physics::thermal::Settings>().unwrap().clone();
     assert_eq!(ink.heat_capacity_j_kg_k, 1000.0);
     let materials = ink.enthalpy.unwrap().materials;
     assert_eq!(materials[0].heat_capacity_j_kg_k, Table { points: vec![[300.0, 1000.0], [350.0, 1200.0]] });
@@ -65,10 +75,14 @@ fn properties_may_be_tables_and_materials_several() {
     let names = |materials: &[stagger_physics::thermal::Material]| -> Vec<String> {
         materials.iter().map(|material| material.name.clone()).collect()
     };
-    assert_eq!(names(&scene.thermal.unwrap().enthalpy.unwrap().materials), ["316L", "ink"]);
-    assert!(scene.particles.unwrap().writes_material);
+    assert_eq!(
+        names(&scene.settings::<stagger_physics::thermal::Settings>().unwrap().clone().enthalpy.unwrap().materials),
+        ["316L", "ink"]
+    );
+    assert!(scene.settings::<stagger_physics::particles::Settings>().unwrap().clone().writes_material);
     let ambient = parse(BED, &[("thermal.ambient.emissivity", "0.3"), ("particles.temperature", "310")]);
-    let ambient = ambient.thermal.unwrap().enthalpy.unwrap().ambient.unwrap();
+    let ambient =
+        ambient.settings::<stagger_physics::thermal::Settings>().unwrap().enthalpy.clone().unwrap().ambient.unwrap();
     assert_eq!((ambient.temperature_k, ambient.emissivity, ambient.exposed), (310.0, 0.3, 1.0));
 }
 
@@ -98,7 +112,7 @@ fn what_is_missing_or_cannot_be_is_told() {
     let group = ("particles.groups.drops", "{ count = 3, radius = \"30 um\", material = \"ink\" }");
     let two = told(BED, &[group, ("optics", light)]);
     assert!(
-        two.contains("the particles are of 316L, ink, but [optics], [current] and [acoustics] take one material"),
+        two.contains("the particles are of 316L, ink, but the physics that need their `electrical-conductivity` take one material"),
         "{two}"
     );
 }

@@ -1,0 +1,199 @@
+//! A scene run from start to end in this process: the smallest way to results, without files and without Zenoh.
+
+use std::{collections::BTreeMap, ops::ControlFlow};
+
+use stagger_coupling::{
+    Course, End, Ensemble, InProcess, InProcessError, Ledger, Observer, Outcome, Participant, PlanError, SolveError,
+    Task, drive, measured, plan,
+};
+use stagger_messages::{Decision, Field, Fields, Plan, Ready, Source, Verdict, Version};
+
+use crate::Scene;
+
+/// Why a scene cannot be run in this process.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// A node that is a program of its own, which only `stagger run` starts.
+    #[error("node `{0}` is a command: `stagger run` starts it as a process of its own")]
+    Command(String),
+    /// A physics that cannot be built.
+    #[error("node `{node}`: {source}")]
+    Settings {
+        /// The node.
+        node: String,
+        /// What is wrong.
+        source: SolveError,
+    },
+    /// The physics do not fit together.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// A physics failed, or the step fell under its minimum.
+    #[error(transparent)]
+    Run(#[from] InProcessError),
+}
+
+/// An accepted step.
+pub struct Step<'r> {
+    /// Its number, from 1.
+    pub number: u64,
+    /// Simulated time at its end, in s.
+    pub t_s: f64,
+    /// Its length, in s.
+    pub dt_s: f64,
+    ensemble: &'r InProcess,
+}
+
+impl Step<'_> {
+    /// All fields at its end, by name.
+    #[must_use]
+    pub fn fields(&self) -> Fields {
+        self.ensemble.fields()
+    }
+}
+
+/// What a run ended with.
+#[derive(Debug)]
+pub struct Run {
+    /// All fields at the end, by name.
+    pub fields: Fields,
+    /// The energy of the run.
+    pub ledger: Ledger,
+    /// Accepted steps.
+    pub steps: u64,
+    /// Simulated time reached, in s.
+    pub t_s: f64,
+    /// Whether that is the scene's duration.
+    pub completed: bool,
+}
+
+impl Scene {
+    /// The participant behind each node that runs a built-in physics.
+    ///
+    /// # Errors
+    /// A node is a command, or its settings are not accepted.
+    pub fn participants(&self) -> Result<BTreeMap<String, Box<dyn Participant>>, RunError> {
+        if let Some((name, _)) = self.nodes.iter().find(|(_, node)| node.command.is_some()) {
+            return Err(RunError::Command(name.clone()));
+        }
+        let mut participants = BTreeMap::new();
+        for (node, kind) in self.built_in_nodes() {
+            let Some(settings) = self.settings_of(&node, kind.name) else { continue };
+            let made = settings.participant(&node);
+            let made = made.map_err(|source| RunError::Settings { node: node.clone(), source })?;
+            participants.insert(node, made);
+        }
+        Ok(participants)
+    }
+}
+
+/// Runs a scene to its end, or until `on_step`, which is shown each accepted step, breaks off.
+///
+/// The numbers are those of `stagger run`, to the last bit. Nothing is recorded.
+///
+/// # Errors
+/// A node is a command, the physics do not fit together, one of them fails, or the step falls under its minimum.
+pub fn run_in_process(scene: &Scene, on_step: impl FnMut(&Step<'_>) -> ControlFlow<()>) -> Result<Run, RunError> {
+    let ensemble = InProcess::new(scene.participants()?);
+    let ports = ensemble.ports();
+    let plan = plan(&ports, &scene.coupling)?;
+    let mut course = Course::new(&scene.coupling, &plan, &measured(&ports, &plan), scene.duration_s);
+    let mut watched = Watched { ensemble, on_step, broke_off: false };
+    let mut books = Books::default();
+    let end = match drive(&mut watched, &plan, &mut course, 0, &mut books) {
+        Ok(end) => end,
+        Err(Stopped::BrokeOff) => End::Interrupted,
+        Err(Stopped::Failed(error)) => return Err(error.into()),
+    };
+    let Books { ledger, steps, t_s } = books;
+    Ok(Run { fields: watched.ensemble.fields(), ledger, steps, t_s, completed: end == End::Completed })
+}
+
+/// An ensemble whose accepted steps are shown to somebody.
+struct Watched<F> {
+    ensemble: InProcess,
+    on_step: F,
+    broke_off: bool,
+}
+
+/// Why the loop ends early.
+enum Stopped {
+    /// Whoever watched has seen enough.
+    BrokeOff,
+    Failed(InProcessError),
+}
+
+impl<E: Into<InProcessError>> From<E> for Stopped {
+    fn from(error: E) -> Self {
+        Self::Failed(error.into())
+    }
+}
+
+impl<F: FnMut(&Step<'_>) -> ControlFlow<()>> Watched<F> {
+    fn show(&mut self, decision: Option<&Decision>) {
+        let Some(decision) = decision.filter(|decision| decision.verdict() == Verdict::Accept) else { return };
+        let number = decision.version.unwrap_or_default().step;
+        let step = Step { number, t_s: decision.t_s, dt_s: decision.dt_s, ensemble: &self.ensemble };
+        self.broke_off |= (self.on_step)(&step).is_break();
+    }
+}
+
+impl<F: FnMut(&Step<'_>) -> ControlFlow<()>> Ensemble for Watched<F> {
+    type Error = Stopped;
+
+    fn start(&mut self, plan: &Plan) -> Result<Vec<(String, Ready)>, Stopped> {
+        Ok(self.ensemble.start(plan)?)
+    }
+
+    fn iterate(&mut self, before: Option<&Decision>, task: &Task) -> Result<Vec<Outcome>, Stopped> {
+        let outcomes = self.ensemble.iterate(before, task)?;
+        self.show(before);
+        if self.broke_off { Err(Stopped::BrokeOff) } else { Ok(outcomes) }
+    }
+
+    fn answered(&mut self, source: &Source, version: Version) -> Result<Field, Stopped> {
+        Ok(self.ensemble.answered(source, version)?)
+    }
+
+    fn publish(&mut self, version: Version, fields: &BTreeMap<String, Field>) -> Result<(), Stopped> {
+        Ok(self.ensemble.publish(version, fields)?)
+    }
+
+    fn checkpoint(&mut self, version: Version, t_s: f64, course: Vec<u8>) {
+        self.ensemble.checkpoint(version, t_s, course);
+    }
+
+    fn finish(&mut self, last: Option<&Decision>, completed: bool, reason: &str) -> Result<(), Stopped> {
+        self.ensemble.finish(last, completed, reason)?;
+        self.show(last);
+        Ok(())
+    }
+}
+
+/// Counts steps and sums the energy.
+#[derive(Default)]
+struct Books {
+    ledger: Ledger,
+    steps: u64,
+    t_s: f64,
+}
+
+impl Observer for Books {
+    fn started(&mut self, ready: &[(String, Ready)]) {
+        ready.iter().for_each(|(node, ready)| self.ledger.start(node, &ready.ledger));
+    }
+
+    fn decided(&mut self, decision: &Decision, outcomes: &[Outcome]) -> bool {
+        if decision.verdict() == Verdict::Accept {
+            (self.steps, self.t_s) = (self.steps + 1, decision.t_s);
+            for Outcome { node, result } in outcomes {
+                let Ok(done) = result else { continue };
+                self.ledger.book_until(node, &done.ledger, decision.t_s);
+            }
+        }
+        true
+    }
+
+    fn ledger(&self) -> Ledger {
+        self.ledger.clone()
+    }
+}
