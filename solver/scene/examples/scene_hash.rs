@@ -8,7 +8,7 @@
 
 use std::{collections::BTreeMap, env, error::Error, fs, path::Path, process::ExitCode};
 
-use stagger_coupling::{Course, InProcess, Local, Observer, Outcome, Participant};
+use stagger_coupling::{CouplingController, InProcess, Listener, Local, Outcome, Participant};
 use stagger_messages::{Decision, Ready, codec};
 use stagger_physics::{
     acoustics::Acoustics, current::Current, optics::Optics, particles::Particles, substrate::Substrate,
@@ -18,7 +18,7 @@ use stagger_scene::Scene;
 
 struct Silent;
 
-impl Observer for Silent {
+impl Listener for Silent {
     fn started(&mut self, _ready: &[(String, Ready)]) {}
 
     fn decided(&mut self, _decision: &Decision, _outcomes: &[Outcome]) -> bool {
@@ -58,8 +58,9 @@ fn hash(scene: &Scene) -> Result<String, Box<dyn Error>> {
     let mut ensemble = InProcess::new(members(scene)?);
     let ports = ensemble.ports();
     let plan = stagger_coupling::plan(&ports, &scene.coupling)?;
-    let mut course = Course::new(&scene.coupling, &plan, &stagger_coupling::measured(&ports, &plan), scene.duration_s);
-    stagger_coupling::drive(&mut ensemble, &plan, &mut course, 0, &mut Silent)?;
+    let mut controller =
+        CouplingController::new(&scene.coupling, &plan, &stagger_coupling::measured(&ports, &plan), scene.duration_s);
+    stagger_coupling::run_loop(&mut ensemble, &plan, &mut controller, 0, &mut Silent)?;
     let mut hashes = BTreeMap::new();
     for (node, fields) in ensemble.committed() {
         for field in fields.values() {

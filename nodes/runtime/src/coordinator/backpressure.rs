@@ -11,7 +11,7 @@ const TELL: Duration = Duration::from_secs(1);
 
 /// Waits between iterations until the recording has caught up. Messages are handed over without waiting, from threads that
 /// must not; what they caused is bounded, as nothing more is asked of the nodes meanwhile.
-pub struct Pace {
+pub struct Backpressure {
     recording: RecorderSender,
     /// How long the run has waited.
     pub waited: Duration,
@@ -19,7 +19,7 @@ pub struct Pace {
     lost: bool,
 }
 
-impl Pace {
+impl Backpressure {
     /// For a recording under way.
     #[must_use]
     pub fn of(recording: RecorderSender) -> Self {

@@ -3,7 +3,7 @@
 pub mod backpressure;
 mod checkpoints;
 mod ensemble;
-mod hearing;
+mod events;
 pub mod monitor;
 pub mod supervision;
 
@@ -17,7 +17,7 @@ use std::{
 };
 
 use checkpoints::Checkpoints;
-use stagger_coupling::{COORDINATOR, ControlError, Inbox, PlanError, SolveError};
+use stagger_coupling::{COORDINATOR, ControlError, FrozenFields, PlanError, SolveError};
 use stagger_messages::{
     Checkpoint, Envelope, Field, FieldSummary, Iterate, Manifest, MessageError, Ports, SCHEMA_VERSION, Version, codec,
     keys,
@@ -25,7 +25,7 @@ use stagger_messages::{
 
 use crate::{
     diagnostics,
-    link::{Arrival, Declared, Link, LinkError, Outlet},
+    link::{Declaration, Link, LinkError, Publisher, Sample},
     run::summary,
 };
 
@@ -75,14 +75,14 @@ pub enum RunError {
         difference: String,
     },
     /// A node that ended.
-    #[error("node `{node}` is gone, in {at}: {last_words}")]
+    #[error("node `{node}` is gone, in {at}: {why}")]
     Lost {
         /// The node.
         node: String,
         /// What it was asked for.
         at: String,
         /// The last it said.
-        last_words: String,
+        why: String,
     },
     /// A node failed before its start.
     #[error("node `{node}` cannot start: {message}")]
@@ -108,9 +108,9 @@ pub enum RunError {
 }
 
 /// What the coordinator needs from who started the nodes.
-pub trait Keeper {
+pub trait Supervisor {
     /// What a node said last, for the message about its end.
-    fn last_words(&mut self, node: &str) -> String;
+    fn why_it_ended(&mut self, node: &str) -> String;
     /// Whether the user wants the run to end.
     fn interrupted(&self) -> bool;
     /// A node whose process has ended before it announced itself.
@@ -128,9 +128,9 @@ pub trait Keeper {
 
 /// What the coordinator hears.
 enum Event {
-    Report(Arrival),
-    Field(Arrival),
-    Snapshot(Arrival),
+    Report(Sample),
+    Field(Sample),
+    Snapshot(Sample),
     Alive(String, bool),
 }
 
@@ -140,31 +140,31 @@ pub struct Remote<'a> {
     run: String,
     epoch: u32,
     sequence: u64,
-    directives: Outlet,
+    directives: Publisher,
     hear: Sender<Event>,
     events: Receiver<Event>,
-    keeper: &'a mut dyn Keeper,
+    supervisor: &'a mut dyn Supervisor,
     nodes: BTreeSet<String>,
     /// Processes by node; one that was given up is not among them.
     alive: BTreeMap<String, BTreeSet<String>>,
-    buried: BTreeSet<(String, String)>,
+    evicted: BTreeSet<(String, String)>,
     /// The process of each node that takes part: another of its name may be there before this one's end is seen.
     current: BTreeMap<String, String>,
     order: Vec<String>,
     /// How long a node may work on one answer.
     hang: Duration,
     /// Answers of accelerated fields.
-    inbox: Inbox,
+    frozen_fields: FrozenFields,
     /// What was published instead of them last.
     published: (Version, BTreeMap<String, Field>),
-    outlets: BTreeMap<String, Outlet>,
+    publishers: BTreeMap<String, Publisher>,
     /// What the nodes were asked last, in the form in which it is asked again.
     asked: Option<(Envelope, Iterate)>,
     checkpoints: Checkpoints,
-    farewells: BTreeMap<String, Vec<FieldSummary>>,
+    final_reports: BTreeMap<String, Vec<FieldSummary>>,
     finished: bool,
     refused: u64,
-    declared: Vec<Declared>,
+    declarations: Vec<Declaration>,
 }
 
 impl<'a> Remote<'a> {
@@ -179,7 +179,7 @@ impl<'a> Remote<'a> {
         nodes: BTreeSet<String>,
         hang: Duration,
         resume: Option<Checkpoint>,
-        keeper: &'a mut dyn Keeper,
+        supervisor: &'a mut dyn Supervisor,
     ) -> Result<Self, LinkError> {
         let (hear, events) = std::sync::mpsc::channel();
         let (reports, snapshots, life) = (hear.clone(), hear.clone(), hear.clone());
@@ -191,12 +191,12 @@ impl<'a> Remote<'a> {
             checkpoints.keep(checkpoint)?;
         }
         // A coordinator that has ended needs no more events.
-        let mut declared = vec![
-            link.subscribe(&keys::reports(run), move |arrival| {
-                let _ = reports.send(Event::Report(arrival));
+        let mut declarations = vec![
+            link.subscribe(&keys::reports(run), move |sample| {
+                let _ = reports.send(Event::Report(sample));
             })?,
-            link.subscribe(&keys::snapshot(run, "*"), move |arrival| {
-                let _ = snapshots.send(Event::Snapshot(arrival));
+            link.subscribe(&keys::snapshot(run, "*"), move |sample| {
+                let _ = snapshots.send(Event::Snapshot(sample));
             })?,
             link.watch(&keys::live_all(run), move |key, alive| {
                 let _ = life.send(Event::Alive(key, alive));
@@ -204,13 +204,13 @@ impl<'a> Remote<'a> {
         ];
         for node in &nodes {
             let (key, node, states) = (keys::restore(run, node), node.clone(), checkpoints.states());
-            declared.push(link.answer(&key.clone(), move || {
+            declarations.push(link.queryable(&key.clone(), move || {
                 let states = states.lock().unwrap_or_else(PoisonError::into_inner);
-                let arrival = |payload| Arrival { key: key.clone(), attachment: bytes::Bytes::new(), payload };
-                states.get(&node).cloned().map(arrival).into_iter().collect()
+                let sample = |payload| Sample { key: key.clone(), attachment: bytes::Bytes::new(), payload };
+                states.get(&node).cloned().map(sample).into_iter().collect()
             })?);
         }
-        declared.push(link.announce(&keys::live(run, COORDINATOR, &std::process::id().to_string()))?);
+        declarations.push(link.announce(&keys::live(run, COORDINATOR, &std::process::id().to_string()))?);
         let directives = link.publisher(keys::directive(run))?;
         Ok(Self {
             link,
@@ -220,28 +220,28 @@ impl<'a> Remote<'a> {
             directives,
             hear,
             events,
-            keeper,
+            supervisor,
             nodes,
             alive: BTreeMap::new(),
-            buried: BTreeSet::new(),
+            evicted: BTreeSet::new(),
             current: BTreeMap::new(),
             order: Vec::new(),
             hang,
-            inbox: Inbox::default(),
+            frozen_fields: FrozenFields::default(),
             published: (Version::INITIAL, BTreeMap::new()),
-            outlets: BTreeMap::new(),
+            publishers: BTreeMap::new(),
             asked: None,
             checkpoints,
-            farewells: BTreeMap::new(),
+            final_reports: BTreeMap::new(),
             finished: false,
             refused: 0,
-            declared,
+            declarations,
         })
     }
 
     /// Whether a node that is gone, in its start or later, would only end the same way again.
     pub fn is_hopeless(&mut self, node: &str, at_start: bool) -> bool {
-        self.keeper.is_hopeless(node, at_start)
+        self.supervisor.is_hopeless(node, at_start)
     }
 
     /// The last whole checkpoint, or the one the run goes on from, with its version.
@@ -254,19 +254,19 @@ impl<'a> Remote<'a> {
     ///
     /// # Errors
     /// It cannot be started.
-    pub fn revive(&mut self, node: &str) -> Result<(), RunError> {
+    pub fn restart(&mut self, node: &str) -> Result<(), RunError> {
         let current = self.current.remove(node);
         for instance in self.alive.get(node).cloned().unwrap_or_default() {
             // Before the first handshake nobody is current, and whoever is there is given up.
             if current.as_ref().is_none_or(|current| *current == instance) {
                 self.hear_life(&keys::live(&self.run, node, &instance), false);
-                self.buried.insert((node.into(), instance));
+                self.evicted.insert((node.into(), instance));
             }
         }
         self.epoch += 1;
         self.sequence = 0;
         self.checkpoints.drop_unfinished();
-        self.keeper.restart(node).map_err(|message| RunError::Restart { node: node.into(), message })
+        self.supervisor.restart(node).map_err(|message| RunError::Restart { node: node.into(), message })
     }
 
     /// Waits until every node has announced itself, and asks each for its ports.
@@ -283,10 +283,10 @@ impl<'a> Remote<'a> {
                 let names = absent.into_iter().map(String::as_str).collect::<Vec<_>>().join(", ");
                 diagnostics::note(&format!("still waiting for {names}, of whom nothing has been heard"));
             }
-            if self.keeper.interrupted() {
+            if self.supervisor.interrupted() {
                 return Err(RunError::Interrupted);
             }
-            if let Some(node) = self.keeper.ended_early() {
+            if let Some(node) = self.supervisor.ended_early() {
                 return Err(self.lost(node, "its start".into()));
             }
             if begun.elapsed() > patience {
@@ -303,7 +303,7 @@ impl<'a> Remote<'a> {
         }
         let mut manifests = BTreeMap::new();
         for node in &self.nodes.clone() {
-            let answer = self.link.ask(&keys::manifest(&self.run, node), patience)?;
+            let answer = self.link.query(&keys::manifest(&self.run, node), patience)?;
             // It was here; whoever of it is left does not hear.
             let Some(answer) = answer.first() else { return Err(self.lost(node.clone(), "its start".into())) };
             let manifest: Manifest = codec::decode("manifest", &answer.payload)?;
@@ -319,13 +319,13 @@ impl<'a> Remote<'a> {
     /// What the fields held at the end, as the nodes said when they left.
     #[must_use]
     pub fn final_fields(&self) -> Vec<FieldSummary> {
-        summary::told_apart(self.farewells.iter().map(|(node, fields)| (node.as_str(), fields.clone())))
+        summary::told_apart(self.final_reports.iter().map(|(node, fields)| (node.as_str(), fields.clone())))
     }
 
     /// Nodes that ended without a word about their fields.
     #[must_use]
-    pub fn without_farewell(&self) -> Vec<String> {
-        self.nodes.iter().filter(|node| !self.farewells.contains_key(*node)).cloned().collect()
+    pub fn without_final_report(&self) -> Vec<String> {
+        self.nodes.iter().filter(|node| !self.final_reports.contains_key(*node)).cloned().collect()
     }
 
     /// Messages refused so far.

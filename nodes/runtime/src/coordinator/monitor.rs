@@ -11,10 +11,10 @@ use std::{
 };
 
 use serde::{Deserialize, Serialize};
-use stagger_coupling::{Ledger, Observer, Outcome};
+use stagger_coupling::{Ledger, Listener, Outcome};
 use stagger_messages::{Decision, Done, Ready, Verdict};
 
-use crate::{coordinator::backpressure::Pace, diagnostics};
+use crate::{coordinator::backpressure::Backpressure, diagnostics};
 
 /// How often the line of progress is written on a terminal, over the one before.
 const REFRESH: Duration = Duration::from_millis(200);
@@ -95,7 +95,7 @@ pub struct Monitor {
     /// Rejections of one step, one after the other, that end the run.
     pub rejections: u32,
     /// The recording the run waits for, where there is one.
-    pub pace: Option<Pace>,
+    pub backpressure: Option<Backpressure>,
 }
 
 impl Monitor {
@@ -112,7 +112,7 @@ impl Monitor {
             interrupted,
             ready_at: None,
             rejections: u32::MAX,
-            pace: None,
+            backpressure: None,
         }
     }
 
@@ -197,7 +197,7 @@ impl Monitor {
     }
 }
 
-impl Observer for Monitor {
+impl Listener for Monitor {
     fn started(&mut self, ready: &[(String, Ready)]) {
         self.ready_at = Some(Instant::now());
         for (node, ready) in ready {
@@ -248,7 +248,7 @@ impl Observer for Monitor {
             }
         }
         self.show(decision);
-        let recorded = self.pace.as_mut().is_none_or(Pace::keep);
+        let recorded = self.backpressure.as_mut().is_none_or(Backpressure::keep);
         recorded && !self.interrupted.load(Ordering::Relaxed)
     }
 

@@ -7,7 +7,7 @@ use std::{
 };
 
 use serde::Serialize;
-use stagger_coupling::{Course, End, Precedent, SolveError, out_of_reach};
+use stagger_coupling::{CouplingController, End, RecordedSchedule, SolveError, out_of_reach};
 use stagger_messages::{Manifest, Plan};
 use stagger_scene::Scene;
 
@@ -44,11 +44,11 @@ pub fn gather(
     loop {
         let begun = Instant::now();
         match remote.gather(scene.hash, patience) {
-            Err(RunError::Lost { node, at, last_words })
+            Err(RunError::Lost { node, at, why })
                 if may_restart(scene, restarts) && !remote.is_hopeless(&node, true) =>
             {
-                tell(&node, &at, &last_words, "it is started again");
-                remote.revive(&node)?;
+                tell(&node, &at, &why, "it is started again");
+                remote.restart(&node)?;
                 let outage_s = begun.elapsed().as_secs_f64();
                 restarts.push(Restart { node, at, from_step: 0, steps_repeated: 0, outage_s });
             }
@@ -58,7 +58,7 @@ pub fn gather(
 }
 
 /// Runs a scene over nodes that are there, from its start or from the checkpoint `remote` holds, on the course of
-/// `precedent` where there is one.
+/// `schedule` where there is one.
 ///
 /// # Errors
 /// A node fails, or dies more often than the scene allows; the step control gives up.
@@ -67,7 +67,7 @@ pub fn conduct(
     remote: &mut Remote<'_>,
     manifests: &BTreeMap<String, Manifest>,
     monitor: &mut Monitor,
-    precedent: Option<&Arc<Precedent>>,
+    schedule: Option<&Arc<RecordedSchedule>>,
     patience: Duration,
     restarts: &mut Vec<Restart>,
 ) -> Result<End, RunError> {
@@ -77,11 +77,11 @@ pub fn conduct(
     let steps = scene.recovery.checkpoint_steps;
     let mut since = None;
     loop {
-        let mut course = course(scene, remote, &mut plan, manifests, monitor)?;
-        if let Some(precedent) = precedent {
-            course.control.follow(Arc::clone(precedent));
+        let mut controller = controller(scene, remote, &mut plan, manifests, monitor)?;
+        if let Some(schedule) = schedule {
+            controller.control.follow(Arc::clone(schedule));
         }
-        let driven = stagger_coupling::drive(remote, &plan, &mut course, steps, monitor);
+        let driven = stagger_coupling::run_loop(remote, &plan, &mut controller, steps, monitor);
         if let (Some(since), Some(ready_at), Some(restart)) = (since.take(), monitor.ready_at(), restarts.last_mut()) {
             restart.outage_s = ready_at.saturating_duration_since(since).as_secs_f64();
         }
@@ -90,7 +90,7 @@ pub fn conduct(
             Err(error) => error,
         };
         let (node, at, why) = match &error {
-            RunError::Lost { node, at, last_words } => (node.clone(), at.clone(), last_words.clone()),
+            RunError::Lost { node, at, why } => (node.clone(), at.clone(), why.clone()),
             RunError::Silent { node, at, patience } => {
                 (node.clone(), at.clone(), format!("no answer for {} s", patience.as_secs_f64()))
             }
@@ -104,7 +104,7 @@ pub fn conduct(
         let steps_repeated = monitor.steps.accepted.saturating_sub(from_step);
         tell(&node, &at, &why, &format!("it is started again, and the run goes on from step {from_step}"));
         restarts.push(Restart { node: node.clone(), at, from_step, steps_repeated, outage_s: 0.0 });
-        remote.revive(&node)?;
+        remote.restart(&node)?;
         let now = gather(scene, remote, patience, restarts)?;
         if let Some((node, _)) =
             manifests.iter().find(|(node, known)| now.get(*node).map(|it| &it.ports) != Some(&known.ports))
@@ -115,22 +115,22 @@ pub fn conduct(
     }
 }
 
-/// The course from the last checkpoint, or from the start.
-fn course(
+/// The controller from the last checkpoint, or from the start.
+fn controller(
     scene: &Scene,
     remote: &Remote<'_>,
     plan: &mut Plan,
     manifests: &BTreeMap<String, Manifest>,
     monitor: &mut Monitor,
-) -> Result<Course, RunError> {
+) -> Result<CouplingController, RunError> {
     let measured = stagger_coupling::measured(&ports(manifests), plan);
-    let mut course = Course::new(&scene.coupling, plan, &measured, scene.duration_s);
+    let mut controller = CouplingController::new(&scene.coupling, plan, &measured, scene.duration_s);
     let failed = |source| SolveError::Snapshot { node: stagger_coupling::COORDINATOR.into(), what: "restored", source };
     let saved = match remote.last_checkpoint() {
         Some((version, checkpoint)) => {
             plan.from = Some(version);
-            let saved = course.restore(&checkpoint.coordinator)?;
-            let committed = course.control.committed();
+            let saved = controller.restore(&checkpoint.coordinator)?;
+            let committed = controller.control.committed();
             if committed != version {
                 let contradiction =
                     format!("the checkpoint is of {version}, but the step control in it had reached {committed}");
@@ -141,7 +141,7 @@ fn course(
         None => None,
     };
     monitor.restore(saved).map_err(failed)?;
-    Ok(course)
+    Ok(controller)
 }
 
 fn may_restart(scene: &Scene, restarts: &[Restart]) -> bool {

@@ -19,14 +19,14 @@ use std::{
     time::{Duration, SystemTime, UNIX_EPOCH},
 };
 
-use stagger_coupling::{COORDINATOR, End, Ensemble as _, Participant, Precedent};
+use stagger_coupling::{COORDINATOR, End, Ensemble as _, Participant, RecordedSchedule};
 use stagger_messages::{Checkpoint, keys};
 use stagger_recordings::{RecordingError, RunInfo};
 use stagger_scene::Scene;
 
 use crate::{
     coordinator::{
-        self, Keeper, Remote, RunError,
+        self, Remote, RunError, Supervisor,
         monitor::Monitor,
         supervision::{self, Restart},
     },
@@ -36,7 +36,7 @@ use crate::{
         roster::{RosterError, Runs, participant, roster},
     },
     link::{
-        Arrival, Link, LinkError, Role,
+        Link, LinkError, Role, Sample,
         endpoint::{Endpoint, EndpointError},
     },
     node::recorded::{Replayed, ReplayedError, Replays},
@@ -168,17 +168,17 @@ fn go(
     let own_name = matches!(role, Role::Node { .. }).then_some(COORDINATOR);
     let link = Link::open_as(&role, options.config.as_deref(), own_name)?;
     endpoint.listened();
-    if matches!(role, Role::Node { .. }) && !link.ask(&keys::manifest(&run, "coordinator"), TAKEN)?.is_empty() {
+    if matches!(role, Role::Node { .. }) && !link.query(&keys::manifest(&run, "coordinator"), TAKEN)?.is_empty() {
         return Err(Failed::Taken(run));
     }
     let info = run_info(&run, scene, &options);
     let mut records = Records::start(&link, &info, scene, options.record.as_ref(), options.view.as_ref(), interrupted)?;
-    let asked = Arrival {
+    let asked = Sample {
         key: keys::manifest(&run, "coordinator"),
         attachment: bytes::Bytes::new(),
         payload: serde_json::to_vec(&info).map_err(std::io::Error::from).map_err(io("cannot describe the run"))?.into(),
     };
-    let _about = link.answer(&asked.key.clone(), move || vec![asked.clone()])?;
+    let _about = link.queryable(&asked.key.clone(), move || vec![asked.clone()])?;
     let names: BTreeSet<String> = nodes.keys().cloned().collect();
     let handed_over = if options.hand_over && !options.in_process { endpoint.hand_over(scene)? } else { None };
     let common = Common {
@@ -191,7 +191,7 @@ fn go(
         threads: options.threads,
     };
     let endpoint = Arc::new(Mutex::new(endpoint));
-    let mut keeper: Box<dyn Keeper> = if options.in_process {
+    let mut supervisor: Box<dyn Supervisor> = if options.in_process {
         let mut participants = BTreeMap::new();
         for (node, runs) in &nodes {
             match runs {
@@ -220,12 +220,12 @@ fn go(
     let hang = Duration::from_secs_f64(scene.recovery.hang_s);
     let mut monitor = Monitor::new(scene.duration_s, Arc::clone(interrupted));
     monitor.rejections = scene.coupling.rejections;
-    monitor.pace = records.pace();
+    monitor.backpressure = records.backpressure();
     let resume = options.resume.clone();
-    let mut remote = Remote::new(link.clone(), &run, names, hang, resume, keeper.as_mut())?;
+    let mut remote = Remote::new(link.clone(), &run, names, hang, resume, supervisor.as_mut())?;
     let mut restarts = Vec::new();
-    let precedent = options.replays.precedent.as_ref();
-    let ended = conduct(scene, &mut remote, &mut records, &mut monitor, precedent, patience, &mut restarts);
+    let schedule = options.replays.schedule.as_ref();
+    let ended = conduct(scene, &mut remote, &mut records, &mut monitor, schedule, patience, &mut restarts);
     let wall_s = monitor.finish();
     *recorded_in = records.path();
     if let Err(error) = &ended {
@@ -233,12 +233,12 @@ fn go(
         let _ = remote.finish(None, false, &error.to_string());
     }
     let fields = remote.final_fields();
-    let (refused, missing) = (remote.refused(), remote.without_farewell());
+    let (refused, missing) = (remote.refused(), remote.without_final_report());
     drop(remote);
     // All has been heard: the file is whole before anything that may take its time.
-    let waited = monitor.pace.as_ref().map_or(Duration::ZERO, |pace| pace.waited);
+    let waited = monitor.backpressure.as_ref().map_or(Duration::ZERO, |backpressure| backpressure.waited);
     let recording = records.finish(waited);
-    drop(keeper);
+    drop(supervisor);
     let closed = link.close();
     let end = ended?;
     if let Err(error) = closed {
@@ -272,7 +272,7 @@ fn conduct(
     remote: &mut Remote<'_>,
     records: &mut Records,
     monitor: &mut Monitor,
-    precedent: Option<&Arc<Precedent>>,
+    schedule: Option<&Arc<RecordedSchedule>>,
     patience: Duration,
     restarts: &mut Vec<Restart>,
 ) -> Result<End, Failed> {
@@ -281,7 +281,7 @@ fn conduct(
     // Nodes that do not fit together make no run, and leave no recording of none.
     stagger_coupling::plan(&coordinator::ports(&manifests), &scene.coupling).map_err(RunError::from)?;
     records.place()?;
-    Ok(supervision::conduct(scene, remote, &manifests, monitor, precedent, patience, restarts)?)
+    Ok(supervision::conduct(scene, remote, &manifests, monitor, schedule, patience, restarts)?)
 }
 
 fn join(names: &BTreeSet<String>) -> String {
@@ -294,10 +294,10 @@ struct ByHand {
     recorded: Threads,
 }
 
-impl Keeper for ByHand {
-    fn last_words(&mut self, node: &str) -> String {
+impl Supervisor for ByHand {
+    fn why_it_ended(&mut self, node: &str) -> String {
         if self.recorded.has(node) {
-            return self.recorded.last_words(node);
+            return self.recorded.why_it_ended(node);
         }
         "it was started by hand: look at its own messages".into()
     }

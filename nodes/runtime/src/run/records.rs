@@ -13,9 +13,9 @@ use stagger_recordings::{Exchange, Level, Recorder, RecorderOptions, RecordingEr
 use stagger_scene::{self, Scene};
 
 use crate::{
-    coordinator::backpressure::Pace,
+    coordinator::backpressure::Backpressure,
     diagnostics,
-    link::{Declared, Link, shared_memory},
+    link::{Declaration, Link, shared_memory},
     run::{
         Failed,
         outputs::{self, Draft, OutputError, Replace},
@@ -120,7 +120,7 @@ impl Recording {
 pub struct Records {
     recording: Option<Recording>,
     viewer: Option<view::Stream>,
-    subscription: Option<Declared>,
+    subscription: Option<Declaration>,
     run: String,
     /// The fields to keep, where they are named.
     fields: Vec<String>,
@@ -163,9 +163,9 @@ impl Records {
         let viewer = records.viewer.as_ref().map(view::Stream::sender);
         if file.is_some() || viewer.is_some() {
             let behind = AtomicBool::new(false);
-            records.subscription = Some(link.subscribe_first(&keys::all(&info.run), move |arrival| {
-                let topic = keys::topic(&arrival.key);
-                let Some(exchange) = Exchange::from_parts(topic, arrival.attachment, arrival.payload) else { return };
+            records.subscription = Some(link.subscribe_first(&keys::all(&info.run), move |sample| {
+                let topic = keys::topic(&sample.key);
+                let Some(exchange) = Exchange::from_parts(topic, sample.attachment, sample.payload) else { return };
                 // The run waits for its recording, but leaves a viewer behind.
                 if let Some(viewer) = &viewer
                     && !behind.load(Ordering::Relaxed)
@@ -174,7 +174,7 @@ impl Records {
                     behind.store(true, Ordering::Relaxed);
                     diagnostics::warn("the viewer has ended or cannot keep up: the run goes on without it");
                 }
-                // Transport threads must not wait: `Pace` does, and tells where the recording has ended.
+                // Transport threads must not wait: `Backpressure` does, and tells where the recording has ended.
                 if let Some(file) = &file {
                     let _ = file.hand_over(exchange);
                 }
@@ -185,8 +185,8 @@ impl Records {
 
     /// What keeps the run from making more than is recorded; `None` where it is not.
     #[must_use]
-    pub fn pace(&self) -> Option<Pace> {
-        self.recording.as_ref().map(|recording| Pace::of(recording.recorder.sender()))
+    pub fn backpressure(&self) -> Option<Backpressure> {
+        self.recording.as_ref().map(|recording| Backpressure::of(recording.recorder.sender()))
     }
 
     /// The name of the recording, once it has one.

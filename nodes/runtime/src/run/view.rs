@@ -18,7 +18,7 @@ use stagger_messages::keys;
 use stagger_recordings::{Exchange, Recorder, RecorderOptions, RecorderSender, RecordingError, RunInfo};
 
 use crate::link::{
-    Arrival, Declared, Link, LinkError, Role,
+    Declaration, Link, LinkError, Role, Sample,
     endpoint::{socket, socket_folder},
 };
 
@@ -186,7 +186,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 /// What is heard of a run while its past is asked for, and after that the way on to the bridge.
 enum Heard {
-    Early(Vec<Arrival>),
+    Early(Vec<Sample>),
     On,
 }
 
@@ -200,9 +200,9 @@ pub fn follow(
     run: &str,
     sender: RecorderSender,
     closed: impl Fn() + Send + Sync + 'static,
-) -> Result<Declared, LinkError> {
-    let push = move |arrival: Arrival| {
-        let exchange = Exchange::from_parts(keys::topic(&arrival.key), arrival.attachment, arrival.payload);
+) -> Result<Declaration, LinkError> {
+    let push = move |sample: Sample| {
+        let exchange = Exchange::from_parts(keys::topic(&sample.key), sample.attachment, sample.payload);
         if exchange.is_some_and(|exchange| sender.push(exchange).is_err()) {
             closed();
         }
@@ -211,16 +211,16 @@ pub fn follow(
     // Heard before asked: nothing falls in between.
     let heard = Arc::new(Mutex::new(Heard::Early(Vec::new())));
     let (pass, gate) = (Arc::clone(&push), Arc::clone(&heard));
-    let everything = link.subscribe(&keys::all(run), move |arrival| match &mut *lock(&gate) {
-        Heard::Early(early) => early.push(arrival),
-        Heard::On => pass(arrival),
+    let everything = link.subscribe(&keys::all(run), move |sample| match &mut *lock(&gate) {
+        Heard::Early(early) => early.push(sample),
+        Heard::On => pass(sample),
     })?;
-    for arrival in link.ask(&keys::field(run, "*", "*"), PATIENCE)? {
-        push(arrival);
+    for sample in link.query(&keys::field(run, "*", "*"), PATIENCE)? {
+        push(sample);
     }
     let mut gate = lock(&heard);
     if let Heard::Early(early) = std::mem::replace(&mut *gate, Heard::On) {
-        early.into_iter().for_each(|arrival| push(arrival));
+        early.into_iter().for_each(|sample| push(sample));
     }
     drop(gate);
     Ok(everything)
@@ -236,7 +236,7 @@ pub fn live(bridge: &Path, run: &str, arguments: &[OsString]) -> Result<ExitStat
         return Err(ViewError::Nothing);
     }
     let link = Link::open(&Role::Node { connect: socket(&folder) }, None)?;
-    let about = link.ask(&keys::manifest(run, "coordinator"), PATIENCE)?;
+    let about = link.query(&keys::manifest(run, "coordinator"), PATIENCE)?;
     let info: RunInfo = serde_json::from_slice(&about.first().ok_or(ViewError::Nothing)?.payload)?;
     let stream = Stream::start(bridge, &info, arguments, true)?;
     let (tell, ended) = channel();
