@@ -72,6 +72,12 @@ pub trait Ensemble {
     /// The nodes cannot be reached.
     fn publish(&mut self, version: Version, fields: &BTreeMap<String, Field>) -> Result<(), Self::Error>;
 
+    /// Waits, between two iterations, until whoever takes the messages of the run has caught up, so that what is under way
+    /// stays bounded. False where one of them has ended, and the run is to end with this step.
+    fn catch_up(&mut self) -> bool {
+        true
+    }
+
     /// Has the nodes hand over their states with the next decision, which accepts `version` at time `t_s`; `controller` is
     /// the coordinator's part.
     fn checkpoint(&mut self, version: Version, t_s: f64, controller: Vec<u8>);
@@ -150,7 +156,8 @@ pub fn run_loop<E: Ensemble>(
         };
         controller.follow(ensemble, &decision, version, last)?;
         let accepted = decision.verdict() == Verdict::Accept;
-        let go_on = listener.decided(&decision, &outcomes);
+        let kept_up = ensemble.catch_up();
+        let go_on = listener.decided(&decision, &outcomes) && kept_up;
         let due = checkpoint_steps > 0 && version.step.is_multiple_of(checkpoint_steps);
         if accepted && !controller.control.finished() && (due || (!go_on && checkpoint_steps > 0)) {
             ensemble.checkpoint(version, decision.t_s, controller.save(listener.ledger(), listener.save())?);

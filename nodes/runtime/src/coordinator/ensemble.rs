@@ -11,7 +11,7 @@ use stagger_messages::{
     keys, report,
 };
 
-use super::{Event, Remote, RunError};
+use super::{Remote, RunError, backpressure::Backpressure, remote::Event};
 
 /// After how long an unanswered question is put again, at first; then after twice as long each time.
 const ASK_AGAIN: Duration = Duration::from_secs(2);
@@ -186,6 +186,10 @@ impl Ensemble for Remote<'_> {
     fn publish(&mut self, version: Version, fields: &BTreeMap<String, Field>) -> Result<(), RunError> {
         self.published = (version, fields.clone());
         self.put_published(false)
+    }
+
+    fn catch_up(&mut self) -> bool {
+        self.backpressure.as_mut().is_none_or(Backpressure::wait)
     }
 
     fn checkpoint(&mut self, version: Version, t_s: f64, controller: Vec<u8>) {

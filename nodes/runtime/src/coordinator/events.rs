@@ -12,7 +12,7 @@ use stagger_messages::{
     Decision, Directive, Envelope, Report, SCHEMA_VERSION, Snapshot, Version, codec, directive, keys, report,
 };
 
-use super::{Event, Remote, RunError};
+use super::{Remote, RunError, remote::Event};
 use crate::link::{LinkError, Sample};
 
 impl Remote<'_> {

@@ -17,9 +17,12 @@ use std::{
 use stagger_messages::keys;
 use stagger_recordings::{Exchange, Recorder, RecorderOptions, RecorderSender, RecordingError, RunInfo};
 
-use crate::link::{
-    Declaration, Link, LinkError, Role, Sample,
-    endpoint::{socket, socket_folder},
+use crate::{
+    coordinator::sinks::Sink,
+    link::{
+        Declaration, Link, LinkError, Role, Sample,
+        endpoint::{socket, socket_folder},
+    },
 };
 
 /// How to get the bridge, in one line.
@@ -119,12 +122,6 @@ impl Stream {
         Ok(Self { recorder, child, over, watch, stays: arguments.iter().any(|argument| argument == WEB) })
     }
 
-    /// A handle for handing over messages.
-    #[must_use]
-    pub fn sender(&self) -> RecorderSender {
-        self.recorder.sender()
-    }
-
     /// Whether the bridge has ended.
     ///
     /// # Errors
@@ -157,6 +154,29 @@ impl Stream {
             handed_over?;
         }
         Ok(status)
+    }
+
+    /// As [`Stream::finish`], for a run that is complete whatever becomes of the viewer: a failure is told.
+    pub fn finish_or_warn(self) {
+        match self.finish() {
+            Err(error) => crate::diagnostics::warn(&format!("the run was not shown to its end: {error}")),
+            Ok(status) if !status.success() => {
+                crate::diagnostics::warn(&format!(
+                    "the run was not shown to its end: stagger-view ended with {status}"
+                ));
+            }
+            Ok(_) => {}
+        }
+    }
+}
+
+impl Sink for Stream {
+    fn sender(&self) -> RecorderSender {
+        self.recorder.sender()
+    }
+
+    fn is_waited_for(&self) -> bool {
+        false
     }
 }
 
