@@ -59,7 +59,7 @@ pub enum RunError {
         node: String,
         /// What it was asked for.
         at: String,
-        /// The last it said.
+        /// How it ended, and what it said last.
         why: String,
     },
     /// A node failed before its start.
@@ -67,7 +67,7 @@ pub enum RunError {
     Start {
         /// The node.
         node: String,
-        /// Its words.
+        /// What it said.
         message: String,
     },
     /// A node that is there but gives no answer.
