@@ -36,10 +36,10 @@ impl Remote<'_> {
             all.filter(|source| source.accelerated && seen.insert(source.field.clone())).cloned().collect();
         for Source { writer, field, .. } in &sources {
             if !self.publishers.contains_key(field) {
-                let hear = self.hear.clone();
+                let events = self.event_sender.clone();
                 self.declarations.push(self.link.subscribe(&keys::field(&self.run, writer, field), move |sample| {
                     // A coordinator that has ended needs no more events.
-                    let _ = hear.send(Event::Field(sample));
+                    let _ = events.send(Event::Field(sample));
                 })?);
                 let publisher = self.link.publisher_sharing(keys::field(&self.run, COORDINATOR, field))?;
                 self.publishers.insert(field.clone(), publisher);
@@ -94,7 +94,7 @@ impl Ensemble for Remote<'_> {
             let again = Instant::now() + patience;
             patience = (2 * patience).min(ASK_AGAIN);
             while ready.len() < self.nodes.len() && Instant::now() < again {
-                match self.hear(from, again.saturating_duration_since(Instant::now()))? {
+                match self.next_report(from, again.saturating_duration_since(Instant::now()))? {
                     Some((node, report::Body::Ready(body))) => {
                         ready.insert(node, body);
                     }
@@ -126,7 +126,7 @@ impl Ensemble for Remote<'_> {
         let begun = Instant::now();
         let (mut patience, mut interrupted) = (ASK_AGAIN, None);
         while !Self::complete(&asked, &outcomes) {
-            let Some((node, body)) = self.hear(task.version, patience.min(ASK_AGAIN).min(self.hang))? else {
+            let Some((node, body)) = self.next_report(task.version, patience.min(ASK_AGAIN).min(self.hang))? else {
                 if self.supervisor.interrupted() && interrupted.get_or_insert_with(Instant::now).elapsed() > INTERRUPTED
                 {
                     return Err(RunError::Interrupted);
@@ -171,7 +171,7 @@ impl Ensemble for Remote<'_> {
                 return Ok(field.clone());
             }
             // On one link fields come before the report about them; only a lost one is waited for.
-            self.hear(version, Duration::from_millis(50))?;
+            self.next_report(version, Duration::from_millis(50))?;
             let writer = std::slice::from_ref(&source.writer);
             self.check_silence(begun, writer, |_| false, &format!("`{}` of {version}", source.field))?;
             if begun.elapsed() >= again {

@@ -16,7 +16,7 @@ use super::{Remote, RunError, remote::Event};
 use crate::link::{LinkError, Sample};
 
 impl Remote<'_> {
-    pub(super) fn hear_life(&mut self, key: &str, alive: bool) {
+    pub(super) fn liveliness_changed(&mut self, key: &str, alive: bool) {
         let Some((node, instance)) = keys::parse_live(key).filter(|(node, _)| self.nodes.contains(*node)) else {
             return;
         };
@@ -70,7 +70,7 @@ impl Remote<'_> {
     }
 
     /// The next report of this epoch about `version`, or `None` when none comes in time.
-    pub(super) fn hear(
+    pub(super) fn next_report(
         &mut self,
         version: Version,
         patience: Duration,
@@ -103,8 +103,8 @@ impl Remote<'_> {
     pub(super) fn sort(&mut self, event: Event) -> Result<Option<Sample>, LinkError> {
         match event {
             Event::Report(sample) => return Ok(Some(sample)),
-            Event::Alive(key, alive) => self.hear_life(&key, alive),
-            Event::Field(sample) => self.hear_field(sample),
+            Event::Alive(key, alive) => self.liveliness_changed(&key, alive),
+            Event::Field(sample) => self.take_field(sample),
             Event::Snapshot(sample) => match codec::decode::<Snapshot>("snapshot", &sample.payload) {
                 Ok(snapshot) if snapshot.envelope.as_ref().is_some_and(|envelope| self.expects(envelope)) => {
                     self.checkpoints.receive(snapshot, &self.nodes)?;
@@ -115,7 +115,7 @@ impl Remote<'_> {
         Ok(None)
     }
 
-    fn hear_field(&mut self, sample: Sample) {
+    fn take_field(&mut self, sample: Sample) {
         let Ok(received) = codec::decode_field(&sample.attachment, sample.payload) else {
             self.refused += 1;
             return;

@@ -104,7 +104,7 @@ impl<'a> Coordinator<'a> {
         Ok(Self { scene, patience, schedule, nodes, monitor, restarts: Restarts::allowed_by(scene), sinks })
     }
 
-    /// Runs to the end. The sinks have taken everything when this returns.
+    /// Runs to the end. The sinks have been given every message when this returns.
     #[must_use]
     pub fn run(mut self) -> Ended {
         let result = self.conduct();

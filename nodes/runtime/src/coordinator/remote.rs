@@ -41,7 +41,7 @@ pub struct Remote<'a> {
     pub(super) epoch: u32,
     pub(super) sequence: u64,
     pub(super) directives: Publisher,
-    pub(super) hear: Sender<Event>,
+    pub(super) event_sender: Sender<Event>,
     pub(super) events: Receiver<Event>,
     pub(super) supervisor: &'a mut dyn Supervisor,
     pub(super) nodes: BTreeSet<String>,
@@ -83,8 +83,8 @@ impl<'a> Remote<'a> {
         resume: Option<Checkpoint>,
         supervisor: &'a mut dyn Supervisor,
     ) -> Result<Self, LinkError> {
-        let (hear, events) = std::sync::mpsc::channel();
-        let (reports, snapshots, life) = (hear.clone(), hear.clone(), hear.clone());
+        let (event_sender, events) = std::sync::mpsc::channel();
+        let (reports, snapshots, life) = (event_sender.clone(), event_sender.clone(), event_sender.clone());
         let mut checkpoints = Checkpoints::new(link.publisher_by_socket(keys::checkpoint(run))?);
         if let Some(mut checkpoint) = resume {
             // It was another run's; now it is the point this one starts from.
@@ -120,7 +120,7 @@ impl<'a> Remote<'a> {
             epoch: 1,
             sequence: 0,
             directives,
-            hear,
+            event_sender,
             events,
             supervisor,
             nodes,
@@ -174,7 +174,7 @@ impl<'a> Remote<'a> {
         for instance in self.alive.get(node).cloned().unwrap_or_default() {
             // Before the first handshake nobody is current, and whoever is there is given up.
             if current.as_ref().is_none_or(|current| *current == instance) {
-                self.hear_life(&keys::live(&self.run, node, &instance), false);
+                self.liveliness_changed(&keys::live(&self.run, node, &instance), false);
                 self.evicted.insert((node.into(), instance));
             }
         }
@@ -210,7 +210,7 @@ impl<'a> Remote<'a> {
                 return Err(RunError::Absent { nodes, patience });
             }
             match self.events.recv_timeout(Duration::from_millis(50)) {
-                Ok(Event::Alive(key, alive)) => self.hear_life(&key, alive),
+                Ok(Event::Alive(key, alive)) => self.liveliness_changed(&key, alive),
                 // Nothing is asked of the epoch to come, so nothing can be an answer.
                 Ok(Event::Report(_) | Event::Field(_) | Event::Snapshot(_)) => self.refused += 1,
                 Err(_) => {}
