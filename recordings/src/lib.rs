@@ -21,5 +21,5 @@ pub use read::{
     messages_from,
 };
 pub use run_info::RunInfo;
-pub use statistics::{Accounts, FieldErrors, NodeSummary, Outcome, Summary, TopicSummary, WindowSizes};
+pub use statistics::{DecisionLog, FieldErrors, NodeSummary, Outcome, Summary, TopicSummary, WindowSizes};
 pub use write::{ControlKind, Exchange, Level, Recorded, Recorder, RecorderOptions, RecorderSender};

@@ -15,11 +15,11 @@ use std::{
 use bytes::Bytes;
 use prost::Message as _;
 use stagger_messages::{
-    Change, Directive, Done, Envelope, Failure, Farewell, Field, FieldSummary, Iterate, Manifest, Measure, NodePlan,
+    Change, Directive, Done, Envelope, Failure, Field, FieldSummary, FinalReport, Iterate, Manifest, Measure, NodePlan,
     Plan, Port, Ports, Ready, Report, SCHEMA_VERSION, Snapshot, Source, Verdict, Version, codec, directive, keys,
     report,
 };
-use stagger_runtime::link::{Arrival, Declared, Link, Outlet, Role};
+use stagger_runtime::link::{Declaration, Link, Publisher, Role, Sample};
 
 /// Ways to be wrong, and the one rule that each breaks.
 pub const WRONGS: [(&str, &str); 27] = [
@@ -53,8 +53,8 @@ pub const WRONGS: [(&str, &str); 27] = [
 ];
 
 enum Event {
-    Directive(Arrival),
-    Field(Arrival),
+    Directive(Sample),
+    Field(Sample),
     Gone,
 }
 
@@ -66,16 +66,16 @@ struct Node {
     name: String,
     link: Link,
     events: Receiver<Event>,
-    fields: [Outlet; 2],
-    report: Outlet,
-    snapshot: Outlet,
+    fields: [Publisher; 2],
+    report: Publisher,
+    snapshot: Publisher,
     ports: [Arc<Port>; 2],
     epoch: Option<u32>,
     sequence: u64,
     refused: u64,
     sources: Vec<Source>,
     inbox: BTreeMap<Key, Field>,
-    early: Vec<Arrival>,
+    early: Vec<Sample>,
     from: Version,
     waiting: bool,
     pending: Option<(Envelope, Iterate)>,
@@ -112,19 +112,19 @@ pub fn run(wrong: &str) -> ! {
         ports: Some(Ports { reads: reads.clone(), writes: ports.to_vec() }),
         scene_hash: of("STAGGER_SCENE_HASH").parse().unwrap(),
     };
-    let mut declared: Vec<Declared> = Vec::new();
+    let mut declarations: Vec<Declaration> = Vec::new();
     let to = sender.clone();
-    let heard = move |arrival| drop(to.send(Event::Directive(arrival)));
-    declared.push(link.subscribe(&keys::directive(&run), heard).unwrap());
+    let heard = move |sample| drop(to.send(Event::Directive(sample)));
+    declarations.push(link.subscribe(&keys::directive(&run), heard).unwrap());
     for read in &reads {
         let to = sender.clone();
-        let heard = move |arrival| drop(to.send(Event::Field(arrival)));
-        declared.push(link.subscribe(&keys::field(&run, "*", &read.field), heard).unwrap());
+        let heard = move |sample| drop(to.send(Event::Field(sample)));
+        declarations.push(link.subscribe(&keys::field(&run, "*", &read.field), heard).unwrap());
     }
     if wrong != "outlives-the-coordinator" {
         let to = sender.clone();
         let heard = move |_, alive: bool| drop((!alive).then(|| to.send(Event::Gone)));
-        declared.push(link.watch(&keys::live(&run, "coordinator", "*"), heard).unwrap());
+        declarations.push(link.watch(&keys::live(&run, "coordinator", "*"), heard).unwrap());
     }
     if wrong != "outlives-its-parent" {
         std::thread::spawn(move || {
@@ -133,15 +133,15 @@ pub fn run(wrong: &str) -> ! {
         });
     }
     let key = keys::manifest(&run, &name);
-    let answer = Arrival { key: key.clone(), attachment: Bytes::new(), payload: manifest.encode_to_vec().into() };
-    declared.push(link.answer(&key, move || vec![answer.clone()]).unwrap());
-    let outlet = |key| link.publisher(key).unwrap();
+    let answer = Sample { key: key.clone(), attachment: Bytes::new(), payload: manifest.encode_to_vec().into() };
+    declarations.push(link.queryable(&key, move || vec![answer.clone()]).unwrap());
+    let publisher = |key| link.publisher(key).unwrap();
     let mut node = Node {
         wrong: wrong.into(),
         events,
-        fields: [outlet(keys::field(&run, &name, "sum")), outlet(keys::field(&run, &name, "last"))],
-        report: outlet(keys::report(&run, &name)),
-        snapshot: outlet(keys::snapshot(&run, &name)),
+        fields: [publisher(keys::field(&run, &name, "sum")), publisher(keys::field(&run, &name, "last"))],
+        report: publisher(keys::report(&run, &name)),
+        snapshot: publisher(keys::snapshot(&run, &name)),
         ports: ports.map(Arc::new),
         epoch: None,
         sequence: 0,
@@ -160,7 +160,7 @@ pub fn run(wrong: &str) -> ! {
         run,
         name,
     };
-    declared.push(link.announce(&keys::live(&node.run, &node.name, "1")).unwrap());
+    declarations.push(link.announce(&keys::live(&node.run, &node.name, "1")).unwrap());
     let code = node.take_part();
     link.close().unwrap();
     std::process::exit(code)
@@ -175,9 +175,9 @@ impl Node {
         loop {
             match self.events.recv().unwrap() {
                 Event::Gone => return 1,
-                Event::Field(arrival) => self.field(arrival),
-                Event::Directive(arrival) => {
-                    if let Some(code) = self.directive(&arrival) {
+                Event::Field(sample) => self.field(sample),
+                Event::Directive(sample) => {
+                    if let Some(code) = self.directive(&sample) {
                         return code;
                     }
                 }
@@ -187,8 +187,8 @@ impl Node {
         }
     }
 
-    fn field(&mut self, arrival: Arrival) {
-        let Ok(received) = codec::decode_field(&arrival.attachment, arrival.payload.clone()) else {
+    fn field(&mut self, sample: Sample) {
+        let Ok(received) = codec::decode_field(&sample.attachment, sample.payload.clone()) else {
             return self.refuse();
         };
         let envelope = received.envelope;
@@ -200,7 +200,7 @@ impl Node {
                     return self.refuse();
                 }
             }
-            _ => return self.early.push(arrival),
+            _ => return self.early.push(sample),
         }
         let version = envelope.version.unwrap();
         let newest = |node: &Self| {
@@ -223,8 +223,8 @@ impl Node {
         self.refused += u64::from(!self.is("counts-no-refusals"));
     }
 
-    fn directive(&mut self, arrival: &Arrival) -> Option<i32> {
-        let Ok(directive) = Directive::decode(arrival.payload.clone()) else {
+    fn directive(&mut self, sample: &Sample) -> Option<i32> {
+        let Ok(directive) = Directive::decode(sample.payload.clone()) else {
             self.refuse();
             return None;
         };
@@ -280,14 +280,14 @@ impl Node {
             self.committed = (0.0, Version::INITIAL);
             if self.from != Version::INITIAL {
                 let key = keys::restore(&self.run, &self.name);
-                let answers = self.link.ask(&key, Duration::from_secs(10)).unwrap();
+                let answers = self.link.query(&key, Duration::from_secs(10)).unwrap();
                 let snapshot = Snapshot::decode(answers[0].payload.clone()).unwrap();
                 let state = f64::from_le_bytes(snapshot.state.try_into().unwrap());
                 self.committed = (state, snapshot.committed.unwrap());
             }
             self.accepted = self.from;
-            for arrival in std::mem::take(&mut self.early) {
-                self.field(arrival);
+            for sample in std::mem::take(&mut self.early) {
+                self.field(sample);
             }
         }
         let (state, version) = self.committed;
@@ -429,7 +429,7 @@ impl Node {
         };
         let fields = self.values(state).iter().map(summary).collect();
         let about = Envelope { version: Some(self.committed.1), ..Envelope::default() };
-        self.tell(&about, report::Body::Farewell(Farewell { fields }));
+        self.tell(&about, report::Body::FinalReport(FinalReport { fields }));
     }
 
     fn tell(&mut self, about: &Envelope, body: report::Body) {

@@ -48,7 +48,7 @@ fn whoever_joins_late_sees_every_field_as_it_is_and_changes_nothing() {
 
     let name = run_of(run.id());
     let link = Link::open(&Role::Node { connect: socket(&socket_folder(&name)) }, None).unwrap();
-    let about = link.ask(&keys::manifest(&name, "coordinator"), Duration::from_secs(5)).unwrap();
+    let about = link.query(&keys::manifest(&name, "coordinator"), Duration::from_secs(5)).unwrap();
     let info: RunInfo = serde_json::from_slice(&about[0].payload).unwrap();
     let file = std::fs::File::create(&late).unwrap();
     let options = RecorderOptions { joined: true, ..RecorderOptions::default() };

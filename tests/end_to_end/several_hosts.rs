@@ -15,7 +15,7 @@ use stagger_messages::{
     Directive, Envelope, Failure, Field, Iterate, Measure, Port, Report, SCHEMA_VERSION, Stop, Version, codec,
     directive, keys, report,
 };
-use stagger_runtime::link::{Arrival, Declared, Link, Role};
+use stagger_runtime::link::{Declaration, Link, Role, Sample};
 
 use super::{
     authority::Authority,
@@ -90,7 +90,7 @@ fn ended_well(coordinator: &Output, nodes: impl IntoIterator<Item = Process>) ->
 }
 
 /// Counts all it hears of a run.
-fn listen(link: &Link, run: &str) -> (Arc<AtomicU64>, [Declared; 2]) {
+fn listen(link: &Link, run: &str) -> (Arc<AtomicU64>, [Declaration; 2]) {
     let heard = Arc::new(AtomicU64::new(0));
     let (messages, tokens) = (Arc::clone(&heard), Arc::clone(&heard));
     let declared = [
@@ -216,7 +216,7 @@ fn with_certificates_members_run_and_strangers_neither_read_nor_publish() {
 
     let nodes: Vec<_> = KINDS.map(|kind| node(&place, kind, "guarded", &endpoint, Some(&member(kind)))).into();
     // What would end an open run, from a stranger and from a member that may not say it, until the run is over.
-    let outlets: Vec<_> = speakers
+    let publishers: Vec<_> = speakers
         .iter()
         .flat_map(|link| {
             [
@@ -229,9 +229,9 @@ fn with_certificates_members_run_and_strangers_neither_read_nor_publish() {
     let over = std::thread::scope(|scope| {
         let run = scope.spawn(|| coordinator.end());
         while !run.is_finished() {
-            for (outlet, message) in &outlets {
+            for (publisher, message) in &publishers {
                 // A hub that has closed refuses the last ones.
-                let _ = outlet.put(None, message.clone().into());
+                let _ = publisher.put(None, message.clone().into());
             }
             std::thread::sleep(Duration::from_millis(5));
         }
@@ -259,7 +259,7 @@ fn an_unknown_name_gets_no_answers_and_a_router_guards_as_a_hub_does() {
         let link = session(&endpoint, config).unwrap();
         let begun = Instant::now();
         loop {
-            let answers = link.ask(&keys::manifest("guarded", "particles"), Duration::from_secs(1)).unwrap();
+            let answers = link.query(&keys::manifest("guarded", "particles"), Duration::from_secs(1)).unwrap();
             if !answers.is_empty() || begun.elapsed() > Duration::from_secs(5) {
                 return answers.len();
             }
@@ -293,7 +293,7 @@ fn on_an_open_run_old_foreign_and_malformed_messages_change_nothing_and_are_coun
     let coordinator = coordinator(&place, "open", &arguments, None);
     let link = Link::open(&Role::Node { connect: endpoint.clone() }, None).unwrap();
     let (begin, begun) = std::sync::mpsc::channel();
-    let _directives = link.subscribe(&keys::directive("open"), move |Arrival { payload, .. }| {
+    let _directives = link.subscribe(&keys::directive("open"), move |Sample { payload, .. }| {
         let directive: Directive = codec::decode("directive", &payload).unwrap_or_default();
         if let Some(directive::Task::Iterate(Iterate { .. })) = directive.task {
             let _ = begin.send(());
@@ -320,11 +320,11 @@ fn on_an_open_run_old_foreign_and_malformed_messages_change_nothing_and_are_coun
         headers.into_iter().chain([noise, vec![]]).map(|header| (header, values.clone())).collect();
     // A field that is cut short.
     fields.push((right, values.slice(..80)));
-    let outlet = |key| link.publisher(key).unwrap();
-    let directive = outlet(keys::directive("open"));
-    let report = outlet(keys::report("open", "thermal"));
-    let field = outlet(keys::field("open", "particles", "radii"));
-    let manifest = outlet(keys::manifest("open", "thermal"));
+    let publisher = |key| link.publisher(key).unwrap();
+    let directive = publisher(keys::directive("open"));
+    let report = publisher(keys::report("open", "thermal"));
+    let field = publisher(keys::field("open", "particles", "radii"));
+    let manifest = publisher(keys::manifest("open", "thermal"));
     for _ in 0..ROUNDS {
         // Nobody listens here but the recording.
         manifest.put(None, vec![0xff; 40].into()).unwrap();

@@ -17,7 +17,7 @@ use stagger_messages::{
     Checkpoint, Directive, Envelope, Field, Report, SCHEMA_VERSION, Version, codec, directive, keys, report,
 };
 use stagger_recordings::{Body, Exchange, Recorder, RecorderOptions, Recording};
-use stagger_runtime::link::{Declared, Link, Outlet, Role};
+use stagger_runtime::link::{Declaration, Link, Publisher, Role};
 
 use super::place::{Workplace, json, said, signal, stagger};
 
@@ -116,27 +116,31 @@ fn envelope(sender: &str, epoch: u32, version: Version) -> Envelope {
     }
 }
 
-/// The fields with other values, each with the outlet of its key.
-fn forged(link: &Link, fields: &[(String, Field)]) -> Vec<(Outlet, String, Field)> {
-    let outlet = |(sender, field): &(String, Field)| {
-        let outlet = link.publisher(keys::field(RUN, sender, field.name())).unwrap();
+/// The fields with other values, each with the publisher of its key.
+fn forged(link: &Link, fields: &[(String, Field)]) -> Vec<(Publisher, String, Field)> {
+    let publisher = |(sender, field): &(String, Field)| {
+        let publisher = link.publisher(keys::field(RUN, sender, field.name())).unwrap();
         let values: Vec<u8> = field.values().bytes().iter().map(|byte| byte ^ 1).collect();
         let values = stagger_messages::Values::from_bytes(field.values().kind(), values.into());
-        (outlet, sender.clone(), Field::with_support(Arc::clone(&field.port), field.support.clone(), values).unwrap())
+        (
+            publisher,
+            sender.clone(),
+            Field::with_support(Arc::clone(&field.port), field.support.clone(), values).unwrap(),
+        )
     };
-    fields.iter().map(outlet).collect()
+    fields.iter().map(publisher).collect()
 }
 
-fn put(forged: &[(Outlet, String, Field)], epoch: u32, version: Version) {
-    for (outlet, sender, field) in forged {
+fn put(forged: &[(Publisher, String, Field)], epoch: u32, version: Version) {
+    for (publisher, sender, field) in forged {
         let header = codec::field_attachment(&envelope(sender, epoch, version), field, None);
         // A hub that has closed takes no more.
-        let _ = outlet.put(Some(header), field.values().bytes().clone());
+        let _ = publisher.put(Some(header), field.values().bytes().clone());
     }
 }
 
 /// Has `hear` called with each question of the run.
-fn questions(link: &Link, hear: impl Fn(&Directive, Version) + Send + Sync + 'static) -> Declared {
+fn questions(link: &Link, hear: impl Fn(&Directive, Version) + Send + Sync + 'static) -> Declaration {
     let heard = link.subscribe(&keys::directive(RUN), move |arrival| {
         let directive: Directive = codec::decode("directive", &arrival.payload).unwrap_or_default();
         if let (Some(directive::Task::Iterate(_)), Some(envelope)) = (&directive.task, &directive.envelope) {
@@ -198,8 +202,8 @@ fn what_the_coordinator_said_before_may_be_repeated() {
             said.push(arrival.payload);
         })
         .unwrap();
-    let outlet = link.publisher(keys::directive(RUN)).unwrap();
-    std::thread::spawn(move || repeated.into_iter().for_each(|message| drop(outlet.put(None, message))));
+    let publisher = link.publisher(keys::directive(RUN)).unwrap();
+    std::thread::spawn(move || repeated.into_iter().for_each(|message| drop(publisher.put(None, message))));
     run.begin();
     let (place, output) = run.end();
     let summary = is_unharmed(&place, &output, &expected);
@@ -213,16 +217,16 @@ fn a_forged_number_is_no_gap() {
     let link = session(&endpoint(&run.place));
     let (tell, told) = std::sync::mpsc::channel();
     let _questions = questions(&link, move |directive, version| drop(tell.send((directive.clone(), version))));
-    let outlets = KINDS.map(|kind| link.publisher(keys::report(RUN, kind)).unwrap());
+    let publishers = KINDS.map(|kind| link.publisher(keys::report(RUN, kind)).unwrap());
     std::thread::spawn(move || {
         for (number, (_, version)) in told.into_iter().enumerate() {
-            for (kind, outlet) in KINDS.into_iter().zip(&outlets) {
+            for (kind, publisher) in KINDS.into_iter().zip(&publishers) {
                 let sequence = [u64::MAX, 1_000_000_000, u64::MAX - 1][number % 3];
                 // A trial that is over: the coordinator has no use for it.
                 let about = Version::first(version.step.saturating_sub(1));
                 let envelope = Envelope { sequence, ..envelope(kind, 1, about) };
                 let body = Some(report::Body::Ready(stagger_messages::Ready::default()));
-                let _ = outlet.put(None, Report { envelope: Some(envelope), body }.encode_to_vec().into());
+                let _ = publisher.put(None, Report { envelope: Some(envelope), body }.encode_to_vec().into());
             }
         }
     });

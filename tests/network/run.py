@@ -141,7 +141,7 @@ class Network(unittest.TestCase):
         _, said = self.nodes["thermal"].communicate(timeout=PATIENCE_S)
         self.assertEqual(self.nodes["thermal"].returncode, 1)
         self.assertIn("the coordinator is gone", said)
-        # Zenoh looks once in a lease, and the others have a few seconds to say farewell.
+        # Zenoh looks once in a lease, and the others have a few seconds for their final reports.
         self.assertLess(noticed, 2 * LEASE_S + 5.0)
         print(f"a cut for good: told after {noticed:.1f} s", flush=True)
 

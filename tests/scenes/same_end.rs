@@ -4,7 +4,7 @@
 use std::{collections::BTreeMap, num::NonZeroU64, path::Path};
 
 use prost::Message as _;
-use stagger_coupling::{Course, End, InProcess, Observer, Outcome, Participant};
+use stagger_coupling::{CouplingController, End, InProcess, Listener, Outcome, Participant};
 use stagger_messages::{Checkpoint, Decision, Fields, Ready, Verdict};
 use stagger_runtime::{
     launch::roster::{Runs, participant, roster},
@@ -22,7 +22,7 @@ struct Log {
     stop_after: Option<u64>,
 }
 
-impl Observer for Log {
+impl Listener for Log {
     fn started(&mut self, _ready: &[(String, Ready)]) {}
 
     fn decided(&mut self, decision: &Decision, _outcomes: &[Outcome]) -> bool {
@@ -51,17 +51,18 @@ fn run(scene: &Scene, reject_every: Option<NonZeroU64>, stop_after: Option<u64>,
     let mut ensemble = InProcess::new(members.collect());
     let ports = ensemble.ports();
     let mut plan = stagger_coupling::plan(&ports, &scene.coupling).unwrap();
-    let mut course = Course::new(&scene.coupling, &plan, &stagger_coupling::measured(&ports, &plan), scene.duration_s);
+    let mut controller =
+        CouplingController::new(&scene.coupling, &plan, &stagger_coupling::measured(&ports, &plan), scene.duration_s);
     if let Some(checkpoint) = from {
         plan.from = checkpoint.envelope.as_ref().unwrap().version;
-        course.restore(&checkpoint.coordinator).unwrap();
+        controller.restore(&checkpoint.coordinator).unwrap();
         ensemble = ensemble.from_checkpoint(checkpoint);
     }
     if let Some(steps) = reject_every {
-        course.control.reject_every(steps);
+        controller.control.reject_every(steps);
     }
     let mut log = Log { stop_after, ..Log::default() };
-    let end = stagger_coupling::drive(&mut ensemble, &plan, &mut course, u64::MAX, &mut log).unwrap();
+    let end = stagger_coupling::run_loop(&mut ensemble, &plan, &mut controller, u64::MAX, &mut log).unwrap();
     assert_eq!(end == End::Interrupted, stop_after.is_some());
     let of_node = |(node, fields): (&str, &Fields)| {
         fields.values().map(|field| (format!("{node}/{}", field.name()), field.hash())).collect::<Vec<_>>()

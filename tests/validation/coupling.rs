@@ -13,8 +13,8 @@ mod pair;
 use std::collections::BTreeMap;
 
 use stagger_coupling::{
-    self, Course, Frozen, InProcess, Local, Observer, Order, Outcome, Participant, Physics, Reply, Settings,
-    SolveError, StepSize, Window,
+    self, CouplingController, Frozen, InProcess, Listener, Local, Order, Outcome, Participant, Physics, Reply,
+    Settings, SolveError, StepSize, Window,
 };
 use stagger_messages::{Decision, Field, Fields, Measure, Port, Ports, Ready, Verdict};
 
@@ -28,7 +28,7 @@ pub fn settings(dt_s: f64, tolerance: f64, iterations: u32) -> Settings {
 #[derive(Default)]
 pub struct Log(pub Vec<Decision>);
 
-impl Observer for Log {
+impl Listener for Log {
     fn started(&mut self, _ready: &[(String, Ready)]) {}
 
     fn decided(&mut self, decision: &Decision, _outcomes: &[Outcome]) -> bool {
@@ -46,9 +46,10 @@ pub fn run(
     let mut ensemble = InProcess::new(members);
     let ports = ensemble.ports();
     let plan = stagger_coupling::plan(&ports, settings).unwrap();
-    let mut course = Course::new(settings, &plan, &stagger_coupling::measured(&ports, &plan), duration_s);
+    let mut controller =
+        CouplingController::new(settings, &plan, &stagger_coupling::measured(&ports, &plan), duration_s);
     let mut log = Log::default();
-    stagger_coupling::drive(&mut ensemble, &plan, &mut course, 0, &mut log).unwrap();
+    stagger_coupling::run_loop(&mut ensemble, &plan, &mut controller, 0, &mut log).unwrap();
     (ensemble.fields(), log.0)
 }
 

@@ -11,8 +11,8 @@ use std::{
 };
 
 use stagger_coupling::{
-    self, Acceleration, Course, FieldSettings, Frozen, InProcess, Local, Participant, Physics, Reply, Settings,
-    SolveError, Window,
+    self, Acceleration, CouplingController, FieldSettings, Frozen, InProcess, Local, Participant, Physics, Reply,
+    Settings, SolveError, Window,
 };
 use stagger_messages::{Checkpoint, Decision, Field, Fields, Measure, Port, Ports, Verdict, Version};
 
@@ -94,14 +94,15 @@ pub fn run(
     let mut ensemble = InProcess::new(members);
     let ports = ensemble.ports();
     let mut plan = stagger_coupling::plan(&ports, settings)?;
-    let mut course = Course::new(settings, &plan, &stagger_coupling::measured(&ports, &plan), duration_s);
+    let mut controller =
+        CouplingController::new(settings, &plan, &stagger_coupling::measured(&ports, &plan), duration_s);
     if let Some(checkpoint) = from {
         plan.from = checkpoint.envelope.as_ref().unwrap().version;
-        course.restore(&checkpoint.coordinator)?;
+        controller.restore(&checkpoint.coordinator)?;
         ensemble = ensemble.from_checkpoint(checkpoint);
     }
     let mut log = Log::default();
-    stagger_coupling::drive(&mut ensemble, &plan, &mut course, checkpoint_steps, &mut log)?;
+    stagger_coupling::run_loop(&mut ensemble, &plan, &mut controller, checkpoint_steps, &mut log)?;
     Ok((ensemble.fields(), log.0, ensemble.last_checkpoint().cloned()))
 }
 

@@ -16,7 +16,7 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple, Protocol
 
 from .fields import Field, Malformed, receive, receive_message
-from .inbox import COORDINATOR, Inbox, resting, window_of
+from .frozen_fields import COORDINATOR, FrozenFields, resting, window_of
 from .messages import (
     ACCEPT,
     INITIAL,
@@ -84,7 +84,7 @@ class Host:
         self._epoch: int | None = None
         self._sequence = 0
         self._early: list[Event] = []
-        self._inbox = Inbox()
+        self._frozen_fields = FrozenFields()
         # The version the epoch starts from, the energy held then, and whether the coordinator waits to hear of it.
         self._from, self._ready_ledger, self._ready = INITIAL, [], False
         # The last version the run accepted; the last one this node committed, with its fields.
@@ -99,7 +99,7 @@ class Host:
         # What readers hold of each field, and the version they know it by; the same whole, for whoever comes late.
         self._sent: dict[str, tuple[Version, Field]] = {}
         self._latest: dict[str, tuple[Any, Field]] = {}
-        self._outlets: dict[str, Any] = {}
+        self._publishers: dict[str, Any] = {}
         self._declare()
 
     def _key(self, *parts: str) -> str:
@@ -112,7 +112,7 @@ class Host:
         instance = f"{pid}-{time.time_ns()}"
         ports = self.trials.node
         for port in ports.writes:
-            self._outlets[port.field] = link.publisher(self._key("field", node, port.field))
+            self._publishers[port.field] = link.publisher(self._key("field", node, port.field))
         self._report = link.publisher(self._key("done", node))
         self._snapshots = link.publisher(self._key("snapshot", node))
         manifest = Manifest(run=self.identity.run, schema=SCHEMA_VERSION, node=node, instance=instance, pid=pid)
@@ -182,10 +182,10 @@ class Host:
         except Exception:  # Whatever a stranger sends must not end the node: protobuf has errors of its own.
             self.refused += 1
             return
-        if not self._may_be_read(Version.of(envelope.version)) or not self._inbox.reads(envelope.sender, received.name):
+        if not self._may_be_read(Version.of(envelope.version)) or not self._frozen_fields.reads(envelope.sender, received.name):
             self.refused += 1
             return
-        self._inbox.store(received)
+        self._frozen_fields.store(received)
 
     def _may_be_read(self, version: Version) -> bool:
         """Whether a field of that version may be one this node reads: nobody goes beyond the start before all are ready."""
@@ -237,7 +237,7 @@ class Host:
             if mine is None:
                 raise Refused(f"the run has no node `{self.identity.node}`, but {', '.join(plan.order)}")
             self.trials.set_sources({s.field: (_MEASURES[s.measure], s.reuse_below) for s in mine.sources})
-            self._inbox = Inbox(mine.sources)
+            self._frozen_fields = FrozenFields(mine.sources)
             self._from = Version.of(getattr(plan, "from"))
             with self._or_fail(self._about(self.identity.node, self._from)):
                 if self._from == INITIAL:
@@ -262,10 +262,10 @@ class Host:
         snapshot = Snapshot.FromString(answer)
         received = [receive_message(message) for message in snapshot.fields]
         fields = {field.name: field.field for field in received if field.field is not None}
-        if set(fields) != set(self._outlets):
-            raise Malformed(f"a snapshot of {sorted(fields)}, but the ports say {sorted(self._outlets)}")
+        if set(fields) != set(self._publishers):
+            raise Malformed(f"a snapshot of {sorted(fields)}, but the ports say {sorted(self._publishers)}")
         for message in snapshot.frozen:
-            self._inbox.store(receive_message(message))
+            self._frozen_fields.store(receive_message(message))
         self.trials.restore(snapshot.state, fields)
         self._committed, self._ready_ledger = (Version.of(snapshot.committed), fields), []
 
@@ -289,19 +289,19 @@ class Host:
         """Commits an accepted version, once, where this node solved it; forgets a rejected attempt."""
         version = Version.of(decision.version)
         if decision.verdict == REJECT:
-            self._inbox.rejected(version)
+            self._frozen_fields.rejected(version)
         if decision.verdict != ACCEPT or version <= self._accepted:
             return
         # Not what the last directive says: nodes that rest while others read had solved before.
         if self._has_answered(version):
             with self._or_fail(envelope):
                 self._committed = (version, self.trials.commit(version))
-            self._inbox.commit()
+            self._frozen_fields.commit()
         elif self._rested != version:
             with self._or_fail(envelope):
                 raise Refused(f"asked to commit {version}, which it has not solved")
         self._accepted = version
-        self._inbox.accepted(version)
+        self._frozen_fields.accepted(version)
 
     def _hand_over(self, envelope: Any) -> None:
         """Puts everything it needs to go on from its committed version."""
@@ -313,7 +313,7 @@ class Host:
         version.write(snapshot.committed)
         about = self._about(self.identity.node, version)
         snapshot.fields.extend(field.message(about) for _, field in sorted(fields.items()))
-        older = self._inbox.older_than(self._accepted)
+        older = self._frozen_fields.older_than(self._accepted)
         snapshot.frozen.extend(field.message(self._about(sender, at)) for sender, at, field in older)
         self._snapshots(None, snapshot.SerializeToString())
 
@@ -321,7 +321,7 @@ class Host:
 
     def _try_ready(self) -> None:
         """Reports Ready once a value to start from has come of every field read; again with every plan."""
-        if not self._ready or not self._inbox.begin():
+        if not self._ready or not self._frozen_fields.begin():
             return
         self._ready = False
         report = Report()
@@ -335,7 +335,7 @@ class Host:
         envelope, iterate, asked = self._pending
         version = Version.of(envelope.version)
         try:
-            frozen = self._inbox.freeze(version, iterate)
+            frozen = self._frozen_fields.freeze(version, iterate)
             if frozen is None:
                 return
             self._pending = None
@@ -382,7 +382,7 @@ class Host:
                     known = at
             envelope = self._stamp(about, version)
             payload = field.raw if known is None else b""
-            self._outlets[name](field.header(envelope, known), payload)
+            self._publishers[name](field.header(envelope, known), payload)
             self._latest[name] = (envelope, field)
             self._sent[name] = (version, field)
             count += 1
@@ -410,8 +410,8 @@ class Host:
     def _take_leave(self) -> None:
         version, fields = self._committed
         report = Report()
-        report.farewell.SetInParent()
-        report.farewell.fields.extend(field.summary() for _, field in sorted(fields.items()))
+        report.final_report.SetInParent()
+        report.final_report.fields.extend(field.summary() for _, field in sorted(fields.items()))
         self._tell(Envelope(), version, report)
 
     def _tell(self, about: Any, version: Version, report: Any) -> None:

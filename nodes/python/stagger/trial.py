@@ -9,7 +9,7 @@ import sys
 from dataclasses import dataclass, field
 from typing import Any
 
-from .change import change, relative
+from .convergence import change, relative
 from .fields import Field, Frozen, Malformed, Values, Window
 from .messages import ENERGY, Energy, Report, Support, Version
 from .node import Node, Reply
@@ -27,7 +27,7 @@ class Refused(RuntimeError):
 
 
 @dataclass
-class FrozenFields:
+class TrialInputs:
     """The fields frozen for one trial, at the window's start and end."""
 
     start: Fields = field(default_factory=dict)
@@ -46,7 +46,7 @@ class Answer:
 class _Trial:
     version: Version
     window: Window
-    frozen: FrozenFields
+    frozen: TrialInputs
     state: Any
     answer: Answer
 
@@ -72,7 +72,7 @@ class Trials:
         self._committed, self._trial = (state, fields), None
         return fields, _ledger(reply)
 
-    def solve(self, version: Version, window: Window, frozen: FrozenFields) -> Answer:
+    def solve(self, version: Version, window: Window, frozen: TrialInputs) -> Answer:
         """One trial; where the frozen fields are those of the trial before, its reply once more."""
         if self._committed is None:
             raise Refused(f"{self.name}: asked for {version} before its start")
@@ -139,7 +139,7 @@ class Trials:
         sums.other_rows = not new.stands_as(trial.answer.fields[name] if trial else committed)
         return sums
 
-    def _unchanged(self, trial: _Trial, frozen: FrozenFields) -> bool:
+    def _unchanged(self, trial: _Trial, frozen: TrialInputs) -> bool:
         for name, new in frozen.end.items():
             old = trial.frozen.end[name]
             if new.same(old):
@@ -173,7 +173,7 @@ class Trials:
                 raise NotFinite(f"{self.name}: the figure `{name}` is {value}: an input is not physical")
         return fields
 
-    def _fits(self, fields: Fields, frozen: FrozenFields) -> None:
+    def _fits(self, fields: Fields, frozen: TrialInputs) -> None:
         """Refuses other numbers of rows than the frozen fields on the same rows have."""
         for name, written in fields.items():
             support, revision = written.port.support, written.revision

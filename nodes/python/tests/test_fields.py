@@ -5,7 +5,7 @@ import unittest
 import numpy as np
 
 from stagger import Port, Revised
-from stagger.change import change, relative
+from stagger.convergence import change, relative
 from stagger.fields import Field, Malformed, receive, receive_message
 from stagger.messages import INITIAL, Envelope, FieldMessage
 

@@ -11,7 +11,7 @@ from doubles import RUN, Run, V, Warming, temperatures
 from stagger import Node, Port, Reply, Revised, Window, stored
 from stagger.host import Event
 from stagger.messages import INITIAL, FieldMessage, Manifest, Report, Snapshot
-from stagger.trial import FrozenFields, Refused, Trials
+from stagger.trial import TrialInputs, Refused, Trials
 
 FIRST, SECOND = V(1, 1, 1), V(2, 1, 1)
 
@@ -40,7 +40,7 @@ class Rows(unittest.TestCase):
             trials = Trials("losing", node)
             trials.initial()
             for iteration, (change, other_rows) in enumerate([(moved, True), (0.0, False)], start=1):
-                answer = trials.solve(V(1, 1, iteration), Window(0.0, 1.0), FrozenFields())
+                answer = trials.solve(V(1, 1, iteration), Window(0.0, 1.0), TrialInputs())
                 (sums,) = answer.done.changes
                 self.assertEqual((sums.change, sums.increment, sums.other_rows), (change, moved, other_rows))
 
@@ -106,8 +106,8 @@ class Trial(unittest.TestCase):
         run.iterate(FIRST, again=True)
         self.assertEqual((run.told(), run.host.refused), ([], 1), "it comes too late")
         self.assertTrue(run.stop(accept=SECOND).completed)
-        (farewell,) = run.reports()
-        (field,) = farewell.farewell.fields
+        (final,) = run.reports()
+        (field,) = final.final_report.fields
         self.assertEqual((field.min, field.mean, field.max), (305.0, 354.5, 404.0))
 
     def test_a_rejected_attempt_leaves_nothing_behind(self):

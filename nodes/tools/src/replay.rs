@@ -1,6 +1,6 @@
 //! `stagger replay`: publishes a recording as the live run did.
 
-use stagger_runtime::link::{Link, LinkError, Outlet};
+use stagger_runtime::link::{Link, LinkError, Publisher};
 use std::{
     collections::{BTreeMap, btree_map::Entry},
     io::BufRead as _,
@@ -45,7 +45,7 @@ pub enum ReplayError {
 /// # Errors
 /// The recording cannot be read, or the link fails. `going` ends it early when false.
 pub fn replay(recording: &Recording, link: &Link, pace: &Pace, going: &dyn Fn() -> bool) -> Result<u64, ReplayError> {
-    let mut outlets: BTreeMap<String, Outlet> = BTreeMap::new();
+    let mut publishers: BTreeMap<String, Publisher> = BTreeMap::new();
     let mut first: Option<(u64, Instant)> = None;
     let mut step = 0;
     let mut sent = 0;
@@ -72,7 +72,7 @@ pub fn replay(recording: &Recording, link: &Link, pace: &Pace, going: &dyn Fn() 
                 break;
             }
             for (_, message) in std::mem::take(&mut left_out) {
-                sent += put(recording, link, &mut outlets, &message)?;
+                sent += put(recording, link, &mut publishers, &message)?;
             }
         }
         if pace.step && at_step > step {
@@ -91,7 +91,7 @@ pub fn replay(recording: &Recording, link: &Link, pace: &Pace, going: &dyn Fn() 
                 std::thread::sleep(due.saturating_sub(begun.elapsed()).min(Duration::from_millis(50)));
             }
         }
-        sent += put(recording, link, &mut outlets, &message)?;
+        sent += put(recording, link, &mut publishers, &message)?;
     }
     Ok(sent)
 }
@@ -99,19 +99,19 @@ pub fn replay(recording: &Recording, link: &Link, pace: &Pace, going: &dyn Fn() 
 fn put(
     recording: &Recording,
     link: &Link,
-    outlets: &mut BTreeMap<String, Outlet>,
+    publishers: &mut BTreeMap<String, Publisher>,
     message: &Message,
 ) -> Result<u64, LinkError> {
     let (attachment, payload) = message.parts();
     let attachment = (!attachment.is_empty()).then(|| attachment.into());
-    let outlet = match outlets.entry(format!("stagger/{}/{}", recording.info.run, message.topic)) {
-        Entry::Occupied(outlet) => outlet.into_mut(),
+    let publisher = match publishers.entry(format!("stagger/{}/{}", recording.info.run, message.topic)) {
+        Entry::Occupied(publisher) => publisher.into_mut(),
         Entry::Vacant(place) => {
-            let outlet = link.publisher_that_waits(place.key().clone())?;
-            place.insert(outlet)
+            let publisher = link.publisher_that_waits(place.key().clone())?;
+            place.insert(publisher)
         }
     };
-    outlet.put(attachment, payload)?;
+    publisher.put(attachment, payload)?;
     Ok(1)
 }
 

@@ -114,7 +114,7 @@ impl Display {
         if let Some(cloud) = cloud::point_cloud(step, &mut self.range) {
             shown.push(Shown { topic: CLOUD.into(), schema: "foxglove.PointCloud", data: cloud.encode_to_vec() });
         }
-        let ledger = self.steps.accounts().ledger();
+        let ledger = self.steps.decisions().ledger();
         for (name, scalar) in scalars::scalars(step, self.reached.as_ref(), ledger) {
             let topic = format!("{TOPICS}scalars/{name}");
             shown.push(Shown { topic, schema: "stagger.display.v1.Scalar", data: scalar.encode_to_vec() });

@@ -153,7 +153,7 @@ impl Replies {
                 self.ready = ready;
                 return;
             }
-            Some(report::Body::Ready(_) | report::Body::Farewell(_)) | None => return,
+            Some(report::Body::Ready(_) | report::Body::FinalReport(_)) | None => return,
         };
         self.reported = Some(Reply { version, window, result, fields: Fields::new() });
     }

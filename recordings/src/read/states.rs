@@ -88,7 +88,7 @@ impl States {
             decision: None,
             work: std::mem::take(&mut self.under_way),
             replies: BTreeMap::new(),
-            ledger: self.steps.accounts().ledger().clone(),
+            ledger: self.steps.decisions().ledger().clone(),
         };
         if let Some(outcome) = &progress.outcome {
             next.decision = Some(outcome.decision.clone());
@@ -118,7 +118,7 @@ impl States {
         if let Some(step) = self.steps.end() {
             pending.step = step;
         }
-        pending.ledger = self.steps.accounts().ledger().clone();
+        pending.ledger = self.steps.decisions().ledger().clone();
     }
 }
 

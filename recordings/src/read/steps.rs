@@ -2,12 +2,12 @@ use std::collections::BTreeMap;
 
 use stagger_messages::{Field, Fields, Verdict, Version, codec::Received};
 
-use crate::{Accounts, Body, History, Message, Outcome, statistics::accounts::asks};
+use crate::{Body, DecisionLog, History, Message, Outcome, statistics::decision_log::asks};
 
 /// Follows the messages of a run and puts together what it accepted.
 #[derive(Clone, Debug, Default)]
 pub struct Steps {
-    accounts: Accounts,
+    decisions: DecisionLog,
     /// By name, and `node/name` for the second and later writers of one name.
     fields: BTreeMap<String, History<Field>>,
     /// Who was first to write each name.
@@ -49,11 +49,11 @@ impl Steps {
     pub fn take(&mut self, message: Message) -> Progress {
         match message.body {
             Body::Field(received) => self.field(received),
-            Body::Report(report) => self.accounts.report(&report),
-            Body::Checkpoint(checkpoint) => self.accounts.checkpoint(&checkpoint),
+            Body::Report(report) => self.decisions.report(&report),
+            Body::Checkpoint(checkpoint) => self.decisions.checkpoint(&checkpoint),
             Body::Manifest(_) => {}
             Body::Directive(directive) => {
-                let outcome = self.accounts.directive(&directive);
+                let outcome = self.decisions.directive(&directive);
                 let mut step = None;
                 if asks(&directive) && !self.started {
                     self.started = true;
@@ -84,8 +84,8 @@ impl Steps {
 
     /// Decisions, reports and energies so far.
     #[must_use]
-    pub fn accounts(&self) -> &Accounts {
-        &self.accounts
+    pub fn decisions(&self) -> &DecisionLog {
+        &self.decisions
     }
 
     fn field(&mut self, received: Received) {

@@ -1,9 +1,9 @@
 //! What happened in a run, counted and summed over its messages.
 
-pub(crate) mod accounts;
+pub(crate) mod decision_log;
 mod summary;
 mod summary_text;
 mod window_history;
 
-pub use accounts::{Accounts, Outcome};
+pub use decision_log::{DecisionLog, Outcome};
 pub use summary::{FieldErrors, NodeSummary, Summary, TopicSummary, WindowSizes};

@@ -4,7 +4,7 @@ use stagger_coupling::Account;
 use stagger_messages::{Directive, FieldError, Report, Verdict, directive, report};
 
 use crate::{
-    Accounts, Body, Outcome, Recording, RecordingError,
+    Body, DecisionLog, Outcome, Recording, RecordingError,
     container::Event,
     display,
     read::recording::{self, END, FIELD},
@@ -183,10 +183,10 @@ impl Summary {
         summary.dt_history_s = tally.windows.parts(HISTORY);
         let (rates, count) = tally.rates;
         summary.contraction = (count > 0).then(|| rates / count as f64);
-        summary.iterations = tally.accounts.iterations();
-        summary.imbalance = tally.accounts.ledger().imbalances();
-        summary.on_the_way = tally.accounts.ledger().on_the_way();
-        for (node, ledger) in tally.accounts.ledger().nodes() {
+        summary.iterations = tally.decisions.iterations();
+        summary.imbalance = tally.decisions.ledger().imbalances();
+        summary.on_the_way = tally.decisions.ledger().on_the_way();
+        for (node, ledger) in tally.decisions.ledger().nodes() {
             summary.nodes.entry(node.clone()).or_default().ledger = ledger.clone();
         }
         summary.refused = summary.nodes.values().map(|node| node.refused).sum();
@@ -196,12 +196,12 @@ impl Summary {
     fn control(&mut self, schema: &str, data: &[u8], tally: &mut Tally) {
         match recording::body(schema, data) {
             Ok(Some(Body::Report(report))) => {
-                tally.accounts.report(&report);
+                tally.decisions.report(&report);
                 self.report(&report);
             }
             Ok(Some(Body::Directive(directive))) => self.directive(&directive, tally),
             Ok(Some(Body::Checkpoint(checkpoint))) => {
-                tally.accounts.checkpoint(&checkpoint);
+                tally.decisions.checkpoint(&checkpoint);
                 self.checkpoints.push(checkpoint.version().step);
             }
             Ok(_) => {}
@@ -228,7 +228,7 @@ impl Summary {
                 node.failures += 1;
                 node.last_failure = Some(failure.message.clone());
             }
-            Some(report::Body::Ready(_) | report::Body::Farewell(_)) | None => {}
+            Some(report::Body::Ready(_) | report::Body::FinalReport(_)) | None => {}
         }
     }
 
@@ -236,7 +236,7 @@ impl Summary {
         // Each restart is an epoch.
         let epoch = message.envelope.as_ref().map_or(1, |envelope| envelope.epoch);
         self.restarts = self.restarts.max(epoch.saturating_sub(1));
-        if let Some(Outcome { decision, version, .. }) = tally.accounts.directive(message) {
+        if let Some(Outcome { decision, version, .. }) = tally.decisions.directive(message) {
             match decision.verdict() {
                 Verdict::Accept => {
                     self.steps_accepted += 1;
@@ -278,7 +278,7 @@ impl Summary {
 /// What a summary is made of on the way.
 #[derive(Default)]
 struct Tally {
-    accounts: Accounts,
+    decisions: DecisionLog,
     windows: WindowHistory,
     /// Sum and number of the contraction rates that are known.
     rates: (f64, u64),

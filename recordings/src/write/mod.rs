@@ -1,8 +1,8 @@
 //! Writes a recording while the run goes on.
 
-mod journal;
-mod membership;
+mod admission_filter;
 mod queue;
+mod record_writer;
 mod recorder;
 mod thinning;
 

@@ -14,8 +14,8 @@ use bytes::Bytes;
 use crate::{
     RecordingError, RunInfo,
     write::{
-        journal::Journal,
         queue::{Popped, Queue},
+        record_writer::RecordWriter,
     },
 };
 
@@ -243,7 +243,7 @@ impl Recorder {
     ) -> Result<Self, RecordingError> {
         let bytes = Arc::new(AtomicU64::new(0));
         let output = Counted { output, bytes: Arc::clone(&bytes), largest: options.largest_bytes.unwrap_or(u64::MAX) };
-        let mut journal = Journal::create(output, info, &options)?;
+        let mut writer = RecordWriter::create(output, info, &options)?;
         let shared = Arc::new(Shared {
             queue: Queue::new(options.queue_bytes),
             failure: OnceLock::new(),
@@ -254,7 +254,7 @@ impl Recorder {
             let shared = Arc::clone(&shared);
             move || {
                 let _close = CloseAtEnd(Arc::clone(&shared));
-                let result = drain(&shared.queue, &mut journal).and_then(|()| journal.finish());
+                let result = drain(&shared.queue, &mut writer).and_then(|()| writer.finish());
                 if let Err(error) = &result {
                     let cause = match error {
                         RecordingError::Write(cause) => cause.clone(),
@@ -357,19 +357,19 @@ impl RecorderSender {
     }
 }
 
-fn drain<W: Write>(queue: &Queue<(Exchange, u64)>, journal: &mut Journal<W>) -> Result<(), RecordingError> {
+fn drain<W: Write>(queue: &Queue<(Exchange, u64)>, writer: &mut RecordWriter<W>) -> Result<(), RecordingError> {
     let mut flush_at: Option<Instant> = None;
     loop {
         match queue.pop(flush_at.unwrap_or_else(|| Instant::now() + FLUSH_AFTER)) {
             Popped::Item((exchange, publish_ns)) => {
-                journal.take(exchange, publish_ns)?;
+                writer.take(exchange, publish_ns)?;
                 flush_at = flush_at.or_else(|| Some(Instant::now() + FLUSH_AFTER));
             }
             Popped::TimedOut => {}
             Popped::Closed => return Ok(()),
         }
         if flush_at.is_some_and(|at| at <= Instant::now()) {
-            journal.flush()?;
+            writer.flush()?;
             flush_at = None;
         }
     }

@@ -3,7 +3,7 @@ use std::collections::BTreeMap;
 use bytes::Bytes;
 use stagger_messages::{Directive, FieldMessage, Verdict, Version, directive};
 
-use crate::{History, statistics::accounts::asks};
+use crate::{History, statistics::decision_log::asks};
 
 /// A field message on its way into the file.
 #[derive(Clone, Debug)]

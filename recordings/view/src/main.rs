@@ -178,7 +178,7 @@ impl Player {
                 if outcome.decision.verdict() == Verdict::Accept {
                     outcome.reports.values().for_each(|report| self.walls.hear(report));
                     let (t_s, step) = (outcome.decision.t_s, outcome.version.step);
-                    let points = self.plots.accepted(outcome, self.steps.accounts().ledger());
+                    let points = self.plots.accepted(outcome, self.steps.decisions().ledger());
                     self.show.points(&points, Moment { t_s, step, iteration: outcome.iteration })?;
                 }
             }
@@ -208,7 +208,7 @@ impl Player {
             if !self.surveyed && overview.layers.grow(&step.fields) {
                 self.show.legends(&overview.layers)?;
             }
-            let iteration = self.steps.accounts().iterations();
+            let iteration = self.steps.decisions().iterations();
             let moment = Moment { t_s: step.t_s, step: step.version.step, iteration };
             let frame = overview.frame(&step.fields, self.marks);
             self.show.frame(frame, &overview.layers, moment)?;

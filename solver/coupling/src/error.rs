@@ -1,3 +1,5 @@
+//! What can go wrong where a physics is set up or solved.
+
 use stagger_messages::MessageError;
 
 /// Why a physics could not be set up or a window not be solved.

@@ -1,3 +1,5 @@
+//! The ensemble of participants in one thread: for tests, library users and examples.
+
 use std::collections::BTreeMap;
 
 use stagger_messages::{
@@ -5,7 +7,7 @@ use stagger_messages::{
     codec,
 };
 
-use super::{COORDINATOR, ControlError, Ensemble, Inbox, Outcome, Participant, Task, plan::PlanError};
+use super::{COORDINATOR, ControlError, Ensemble, FrozenFields, Outcome, Participant, Task, plan::PlanError};
 use crate::SolveError;
 
 /// Why participants in this process cannot go on.
@@ -36,7 +38,7 @@ pub struct InProcess {
 
 struct Member {
     participant: Box<dyn Participant>,
-    inbox: Inbox,
+    frozen_fields: FrozenFields,
     /// What it answered last, and the version of that.
     answered: (Version, Fields),
     /// What it committed last.
@@ -49,7 +51,7 @@ impl InProcess {
     pub fn new(members: BTreeMap<String, Box<dyn Participant>>) -> Self {
         let member = |participant| Member {
             participant,
-            inbox: Inbox::default(),
+            frozen_fields: FrozenFields::default(),
             answered: (Version::INITIAL, Fields::new()),
             committed: (Version::INITIAL, Fields::new()),
         };
@@ -88,10 +90,13 @@ impl InProcess {
 
     fn deliver(&mut self, sender: &str, version: Version, fields: &Fields) {
         for member in self.members.values_mut() {
-            for field in
-                fields.values().filter(|field| member.inbox.reads(sender, field.name())).cloned().collect::<Vec<_>>()
+            for field in fields
+                .values()
+                .filter(|field| member.frozen_fields.reads(sender, field.name()))
+                .cloned()
+                .collect::<Vec<_>>()
             {
-                member.inbox.insert(sender, version, field);
+                member.frozen_fields.insert(sender, version, field);
             }
         }
     }
@@ -104,17 +109,17 @@ impl InProcess {
                 Verdict::Accept => {
                     if member.answered.0 == version {
                         member.participant.commit(version)?;
-                        member.inbox.commit();
+                        member.frozen_fields.commit();
                         member.committed.clone_from(&member.answered);
                     }
-                    member.inbox.accepted(version);
+                    member.frozen_fields.accepted(version);
                 }
-                Verdict::Reject => member.inbox.rejected(version),
+                Verdict::Reject => member.frozen_fields.rejected(version),
                 Verdict::Iterate | Verdict::None => {}
             }
         }
         match self.wanted.take() {
-            Some((version, t_s, course)) => self.take_checkpoint(version, t_s, course),
+            Some((version, t_s, controller)) => self.take_checkpoint(version, t_s, controller),
             None => Ok(()),
         }
     }
@@ -124,7 +129,7 @@ impl InProcess {
             |sender: &str| Envelope { sender: sender.into(), version: Some(version), t_s, ..Envelope::default() };
         let mut nodes = Vec::new();
         for (name, member) in &self.members {
-            nodes.push(snapshot(member.participant.as_ref(), &member.inbox, &member.committed, about(name))?);
+            nodes.push(snapshot(member.participant.as_ref(), &member.frozen_fields, &member.committed, about(name))?);
         }
         self.checkpoint = Some(Checkpoint { envelope: Some(about(COORDINATOR)), coordinator, nodes });
         Ok(())
@@ -138,7 +143,7 @@ impl InProcess {
 /// The state cannot be encoded.
 pub fn snapshot(
     participant: &dyn Participant,
-    inbox: &Inbox,
+    frozen_fields: &FrozenFields,
     committed: &(Version, Fields),
     about: Envelope,
 ) -> Result<Snapshot, SolveError> {
@@ -146,7 +151,7 @@ pub fn snapshot(
         codec::field_message(&Envelope { sender: sender.into(), version: Some(at), ..about.clone() }, field)
     };
     let (at, fields) = committed;
-    let older = inbox.older_than(about.version.unwrap_or_default());
+    let older = frozen_fields.older_than(about.version.unwrap_or_default());
     Ok(Snapshot {
         committed: Some(*at),
         state: participant.snapshot()?,
@@ -156,13 +161,13 @@ pub fn snapshot(
     })
 }
 
-/// Puts what a snapshot says into a participant and its inbox; the version it had committed and the fields of that.
+/// Puts what a snapshot says into a participant and its frozen fields; the version it had committed and the fields of that.
 ///
 /// # Errors
 /// The snapshot is not one of this participant.
 pub fn restore(
     participant: &mut dyn Participant,
-    inbox: &mut Inbox,
+    frozen_fields: &mut FrozenFields,
     snapshot: Snapshot,
 ) -> Result<(Version, Fields), SolveError> {
     let mut fields = Fields::new();
@@ -173,7 +178,7 @@ pub fn restore(
     for message in snapshot.frozen {
         let received = codec::field_of(message)?;
         if let Some(field) = received.field {
-            inbox.insert(&received.envelope.sender, received.envelope.version.unwrap_or_default(), field);
+            frozen_fields.insert(&received.envelope.sender, received.envelope.version.unwrap_or_default(), field);
         }
     }
     participant.restore(&snapshot.state, fields.clone())?;
@@ -194,11 +199,11 @@ impl Ensemble for InProcess {
         let (mut all, mut starts) = (Vec::new(), Vec::new());
         for node in &plan.nodes {
             let Some(member) = self.members.get_mut(&node.node) else { continue };
-            member.inbox = Inbox::new(node.sources.clone());
+            member.frozen_fields = FrozenFields::new(node.sources.clone());
             member.participant.set_sources(&node.sources);
             let ready = match snapshots.remove(&node.node) {
                 Some(snapshot) => {
-                    member.committed = restore(member.participant.as_mut(), &mut member.inbox, snapshot)?;
+                    member.committed = restore(member.participant.as_mut(), &mut member.frozen_fields, snapshot)?;
                     Ready::default()
                 }
                 None => {
@@ -215,7 +220,7 @@ impl Ensemble for InProcess {
             self.deliver(&node, version, &fields);
         }
         for (node, member) in &mut self.members {
-            if !member.inbox.begin() {
+            if !member.frozen_fields.begin() {
                 return Err(SolveError::Mismatch(format!("`{node}` lacks a field to start from")).into());
             }
         }
@@ -227,7 +232,7 @@ impl Ensemble for InProcess {
         let mut outcomes = Vec::new();
         for node in self.order.clone().into_iter().filter(|node| task.asks(node)) {
             let Some(member) = self.members.get_mut(&node) else { continue };
-            let Some(frozen) = member.inbox.freeze(task.version, &task.iterate)? else {
+            let Some(frozen) = member.frozen_fields.freeze(task.version, &task.iterate)? else {
                 return Err(SolveError::Mismatch(format!("`{node}` lacks a frozen field for {}", task.version)).into());
             };
             let result = match member.participant.solve(task.version, task.window_of(&node), &frozen) {
@@ -260,8 +265,8 @@ impl Ensemble for InProcess {
         Ok(())
     }
 
-    fn checkpoint(&mut self, version: Version, t_s: f64, course: Vec<u8>) {
-        self.wanted = Some((version, t_s, course));
+    fn checkpoint(&mut self, version: Version, t_s: f64, controller: Vec<u8>) {
+        self.wanted = Some((version, t_s, controller));
     }
 
     fn finish(&mut self, last: Option<&Decision>, _completed: bool, _reason: &str) -> Result<(), InProcessError> {

@@ -1,3 +1,5 @@
+//! The energy balance of a run: an account for each node, and what crosses between them.
+
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};

@@ -1,8 +1,10 @@
+//! What the coupling needs to know of a node, and the participant that holds a physics.
+
 use std::collections::BTreeMap;
 
 use stagger_messages::{Change, Done, Field, Fields, Measure, Port, Ports, Ready, Rows, Source, Version};
 
-use super::{Frozen, NotConverged, Physics, Reply, Window, change, relative, vetting::fits};
+use super::{Frozen, NotConverged, Physics, Reply, Window, change, relative, validation::validate_rows};
 use crate::SolveError;
 
 /// What a participant answers to a trial: its fields and the report that goes to the coordinator.
@@ -188,7 +190,7 @@ impl<P: Physics> Participant for Local<P> {
         }
         let (state, reply) = self.physics.solve(state, frozen, window)?;
         self.finite(&reply)?;
-        fits(&self.name, &reply.fields, frozen)?;
+        validate_rows(&self.name, &reply.fields, frozen)?;
         let changes = self.changes(&reply, previous.map(|trial| &trial.answer.fields), committed)?;
         let done = Done {
             changes,

@@ -1,3 +1,5 @@
+//! What a physics is: a pure function of its state, frozen fields and a window.
+
 use std::collections::BTreeMap;
 
 use serde::{Serialize, de::DeserializeOwned};

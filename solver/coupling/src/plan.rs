@@ -1,8 +1,10 @@
+//! Who reads which field from whom, and in which order the nodes solve.
+
 use std::collections::{BTreeMap, BTreeSet};
 
 use stagger_messages::{Measure, NodePlan, Plan, Port, Ports, Source};
 
-use super::{Acceleration, Order, Settings, readers};
+use super::{Acceleration, Order, Settings, observers};
 
 /// A set of nodes that cannot be coupled, with every reason.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -76,8 +78,8 @@ pub fn plan(nodes: &BTreeMap<String, Ports>, settings: &Settings) -> Result<Plan
 /// that only reads computes changes nothing for the others.
 #[must_use]
 pub fn measured(nodes: &BTreeMap<String, Ports>, plan: &Plan) -> Measured {
-    let readers = readers(plan);
-    let iterated = nodes.iter().filter(|(node, _)| !readers.contains(*node));
+    let observers = observers(plan);
+    let iterated = nodes.iter().filter(|(node, _)| !observers.contains(*node));
     let writes = iterated.flat_map(|(node, ports)| ports.writes.iter().map(move |port| (node, port)));
     writes
         .filter(|(_, port)| port.measure() != Measure::None)
@@ -236,7 +238,7 @@ mod tests {
         nodes.insert("a-probe".into(), Ports { reads: vec![positions.as_read()], writes: Vec::new() });
         let plan = plan(&nodes, &settings()).unwrap();
         assert_eq!(plan.order, ["particles", "second", "optics", "thermal", "a-probe"]);
-        assert_eq!(readers(&plan), ["a-probe".to_owned()].into());
+        assert_eq!(observers(&plan), ["a-probe".to_owned()].into());
     }
 
     #[test]

@@ -1,3 +1,5 @@
+//! What a user chooses about the coupling: order, tolerances, steps and acceleration.
+
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};

@@ -1,10 +1,12 @@
+//! Accept, iterate or reject, and the size of the next step (Zohdi 2018, sections 5.9 and 6.4).
+
 use std::{collections::BTreeMap, sync::Arc};
 
 use serde::{Deserialize, Serialize};
 use stagger_messages::Shown;
 use stagger_messages::{Decision, Done, Failure, FieldError, Measure, Verdict, Version};
 
-use super::{Acceleration, Measured, Precedent, Settings, Window, order, relative};
+use super::{Acceleration, Measured, RecordedSchedule, Settings, Window, order, relative};
 use crate::math;
 
 /// What one node answered to one iteration.
@@ -124,7 +126,7 @@ pub struct StepControl {
     fields: BTreeMap<(String, String), Tolerances>,
     duration_s: f64,
     progress: Progress,
-    precedent: Option<Arc<Precedent>>,
+    schedule: Option<Arc<RecordedSchedule>>,
     rejects_every: Option<u64>,
 }
 
@@ -172,7 +174,7 @@ impl StepControl {
             first_errors: BTreeMap::new(),
             estimate: (0.0, String::new()),
         };
-        Self { settings: settings.clone(), fields, duration_s, progress, precedent: None, rejects_every: None }
+        Self { settings: settings.clone(), fields, duration_s, progress, schedule: None, rejects_every: None }
     }
 
     /// How far it has come, for a checkpoint.
@@ -188,8 +190,8 @@ impl StepControl {
 
     /// Takes the windows, iterations and rejections of an earlier run instead of its own. An iteration that was accepted
     /// then must have converged now too.
-    pub fn follow(&mut self, precedent: Arc<Precedent>) {
-        self.precedent = Some(precedent);
+    pub fn follow(&mut self, schedule: Arc<RecordedSchedule>) {
+        self.schedule = Some(schedule);
         if let Some(dt_s) = self.recorded_size(self.progress.version) {
             self.progress.dt_s = dt_s;
         }
@@ -197,13 +199,13 @@ impl StepControl {
 
     /// Rejects each `steps`-th step once, when it has converged, and has the same window solved again. A solve depends on its
     /// arguments alone, so that the run must reach the same end, to the bit: a test of every physics that keeps anything
-    /// from one solve to the next. Not for runs that follow a precedent.
+    /// from one solve to the next. Not for runs that follow a schedule.
     pub fn reject_every(&mut self, steps: std::num::NonZeroU64) {
         self.rejects_every = Some(steps.get());
     }
 
     fn recorded_size(&self, version: Version) -> Option<f64> {
-        self.precedent.as_ref()?.dt_s(version)
+        self.schedule.as_ref()?.dt_s(version)
     }
 
     /// The window to solve now; the last one ends with the run.
@@ -254,7 +256,7 @@ impl StepControl {
             next_dt_s: window.dt_s,
             ..Decision::default()
         };
-        let recorded = self.precedent.as_ref().and_then(|precedent| precedent.verdict(self.progress.version));
+        let recorded = self.schedule.as_ref().and_then(|schedule| schedule.verdict(self.progress.version));
         if let Some((what, factor)) = self.hindrance(outcomes)? {
             if recorded.is_some_and(|verdict| verdict != Verdict::Reject) {
                 return Err(ControlError::NotRecorded { wanted: self.progress.version.next_attempt(), why: what });

@@ -129,8 +129,8 @@ fn a_window_waits_for_those_who_have_not_seen_its_rows_but_not_past_its_last_ite
 }
 
 /// Two steps: the second took an attempt that was given up in its second iteration.
-fn followed() -> Arc<Precedent> {
-    let mut precedent = Precedent::default();
+fn followed() -> Arc<RecordedSchedule> {
+    let mut schedule = RecordedSchedule::default();
     let at = |step, attempt, iteration| Some(Version { step, attempt, iteration });
     for (version, verdict, dt_s) in [
         (at(1, 1, 3), Verdict::Accept, 0.7),
@@ -138,24 +138,24 @@ fn followed() -> Arc<Precedent> {
         (at(2, 1, 2), Verdict::Reject, 3.0),
         (at(2, 2, 1), Verdict::Accept, 1.1),
     ] {
-        precedent.take(&Decision { version, verdict: verdict.into(), dt_s, ..Decision::default() });
+        schedule.take(&Decision { version, verdict: verdict.into(), dt_s, ..Decision::default() });
     }
-    Arc::new(precedent)
+    Arc::new(schedule)
 }
 
 #[test]
 fn the_windows_iterations_and_rejections_of_an_earlier_run_are_followed() {
     let mut control = control(5, Measure::Magnitude);
     control.follow(followed());
-    let mut course = Vec::new();
+    let mut versions = Vec::new();
     // It converges at once and would go on with larger steps, but the others can only give what they gave.
     for _ in 0..6 {
         let (version, dt_s) = (control.version(), control.window().dt_s);
-        course.push((version.step, version.attempt, version.iteration, dt_s));
+        versions.push((version.step, version.attempt, version.iteration, dt_s));
         control.judge(&outcome(0.0)).unwrap();
     }
     assert_eq!(
-        course,
+        versions,
         [(1, 1, 1, 0.7), (1, 1, 2, 0.7), (1, 1, 3, 0.7), (2, 1, 1, 3.0), (2, 1, 2, 3.0), (2, 2, 1, 1.1)]
     );
     assert_eq!(control.window().t_s, 0.7 + 1.1);

@@ -4,7 +4,7 @@
 use std::{env, fs};
 
 use nalgebra::Vector3;
-use stagger_coupling::{Course, InProcess, Observer, Outcome};
+use stagger_coupling::{CouplingController, InProcess, Listener, Outcome};
 use stagger_messages::{Decision, Ready, Verdict};
 use stagger_physics::{acoustics, common::rays::spheres};
 use stagger_scene::Scene;
@@ -16,7 +16,7 @@ const LINKED: f64 = 1.25;
 #[derive(Default)]
 struct Steps(u32);
 
-impl Observer for Steps {
+impl Listener for Steps {
     fn started(&mut self, _ready: &[(String, Ready)]) {}
 
     fn decided(&mut self, decision: &Decision, _outcomes: &[Outcome]) -> bool {
@@ -59,9 +59,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let ports = ensemble.ports();
         let plan = stagger_coupling::plan(&ports, &scene.coupling)?;
         let duration_s = f64::from(pulse).max(1e-3) * pulses.period_s;
-        let mut course = Course::new(&scene.coupling, &plan, &stagger_coupling::measured(&ports, &plan), duration_s);
+        let mut controller =
+            CouplingController::new(&scene.coupling, &plan, &stagger_coupling::measured(&ports, &plan), duration_s);
         let mut steps = Steps::default();
-        stagger_coupling::drive(&mut ensemble, &plan, &mut course, 0, &mut steps)?;
+        stagger_coupling::run_loop(&mut ensemble, &plan, &mut controller, 0, &mut steps)?;
         let fields = ensemble.fields();
         let spheres = spheres(fields["positions"].f64()?, fields["radii"].f64()?);
         let centres: Vec<_> = spheres.iter().map(|sphere| sphere.centre).collect();

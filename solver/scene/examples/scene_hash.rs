@@ -8,13 +8,13 @@
 
 use std::{collections::BTreeMap, env, error::Error, fs, path::Path, process::ExitCode};
 
-use stagger_coupling::{Course, InProcess, Observer, Outcome};
+use stagger_coupling::{CouplingController, InProcess, Listener, Outcome};
 use stagger_messages::{Decision, Ready, codec};
 use stagger_scene::Scene;
 
 struct Silent;
 
-impl Observer for Silent {
+impl Listener for Silent {
     fn started(&mut self, _ready: &[(String, Ready)]) {}
 
     fn decided(&mut self, _decision: &Decision, _outcomes: &[Outcome]) -> bool {
@@ -27,8 +27,9 @@ fn hash(scene: &Scene) -> Result<String, Box<dyn Error>> {
     let mut ensemble = InProcess::new(scene.participants()?);
     let ports = ensemble.ports();
     let plan = stagger_coupling::plan(&ports, &scene.coupling)?;
-    let mut course = Course::new(&scene.coupling, &plan, &stagger_coupling::measured(&ports, &plan), scene.duration_s);
-    stagger_coupling::drive(&mut ensemble, &plan, &mut course, 0, &mut Silent)?;
+    let mut controller =
+        CouplingController::new(&scene.coupling, &plan, &stagger_coupling::measured(&ports, &plan), scene.duration_s);
+    stagger_coupling::run_loop(&mut ensemble, &plan, &mut controller, 0, &mut Silent)?;
     let mut hashes = BTreeMap::new();
     for (node, fields) in ensemble.committed() {
         for field in fields.values() {

@@ -3,8 +3,8 @@
 use std::{collections::BTreeMap, ops::ControlFlow};
 
 use stagger_coupling::{
-    Course, End, Ensemble, InProcess, InProcessError, Ledger, Observer, Outcome, Participant, PlanError, SolveError,
-    Task, drive, measured, plan,
+    CouplingController, End, Ensemble, InProcess, InProcessError, Ledger, Listener, Outcome, Participant, PlanError, SolveError,
+    Task, run_loop, measured, plan,
 };
 use stagger_messages::{Decision, Field, Fields, Plan, Ready, Source, Verdict, Version};
 
@@ -96,10 +96,10 @@ pub fn run_in_process(scene: &Scene, on_step: impl FnMut(&Step<'_>) -> ControlFl
     let ensemble = InProcess::new(scene.participants()?);
     let ports = ensemble.ports();
     let plan = plan(&ports, &scene.coupling)?;
-    let mut course = Course::new(&scene.coupling, &plan, &measured(&ports, &plan), scene.duration_s);
+    let mut controller = CouplingController::new(&scene.coupling, &plan, &measured(&ports, &plan), scene.duration_s);
     let mut watched = Watched { ensemble, on_step, broke_off: false };
     let mut books = Books::default();
-    let end = match drive(&mut watched, &plan, &mut course, 0, &mut books) {
+    let end = match run_loop(&mut watched, &plan, &mut controller, 0, &mut books) {
         Ok(end) => end,
         Err(Stopped::BrokeOff) => End::Interrupted,
         Err(Stopped::Failed(error)) => return Err(error.into()),
@@ -158,8 +158,8 @@ impl<F: FnMut(&Step<'_>) -> ControlFlow<()>> Ensemble for Watched<F> {
         Ok(self.ensemble.publish(version, fields)?)
     }
 
-    fn checkpoint(&mut self, version: Version, t_s: f64, course: Vec<u8>) {
-        self.ensemble.checkpoint(version, t_s, course);
+    fn checkpoint(&mut self, version: Version, t_s: f64, controller: Vec<u8>) {
+        self.ensemble.checkpoint(version, t_s, controller);
     }
 
     fn finish(&mut self, last: Option<&Decision>, completed: bool, reason: &str) -> Result<(), Stopped> {
@@ -177,7 +177,7 @@ struct Books {
     t_s: f64,
 }
 
-impl Observer for Books {
+impl Listener for Books {
     fn started(&mut self, ready: &[(String, Ready)]) {
         ready.iter().for_each(|(node, ready)| self.ledger.start(node, &ready.ledger));
     }

@@ -11,7 +11,7 @@ use std::{
 };
 
 use stagger_config::Problems;
-use stagger_coupling::{Course, InProcess, Ledger, Observer, Outcome};
+use stagger_coupling::{CouplingController, InProcess, Ledger, Listener, Outcome};
 use stagger_messages::{Decision, Ready};
 use stagger_scene::Scene;
 
@@ -108,10 +108,11 @@ pub fn run(scene: &Scene) -> End {
         Err(error) => return End::Stopped { cause: error.to_string() },
     };
     let measured = stagger_coupling::measured(&ports, &plan);
-    let mut course = Course::new(&scene.coupling, &plan, &measured, scene.duration_s);
+    let mut controller = CouplingController::new(&scene.coupling, &plan, &measured, scene.duration_s);
     let mut log = Log::default();
     // With a checkpoint, so that states are encoded too.
-    let driven = stagger_coupling::drive(&mut ensemble, &plan, &mut course, scene.recovery.checkpoint_steps, &mut log);
+    let driven =
+        stagger_coupling::run_loop(&mut ensemble, &plan, &mut controller, scene.recovery.checkpoint_steps, &mut log);
     if let Err(error) = driven {
         return End::Stopped { cause: error.to_string() };
     }
@@ -136,7 +137,7 @@ struct Log {
     not_finite: Option<String>,
 }
 
-impl Observer for Log {
+impl Listener for Log {
     fn started(&mut self, ready: &[(String, Ready)]) {
         for (node, ready) in ready {
             self.ledger.start(node, &ready.ledger);

@@ -7,12 +7,12 @@ use std::{
 };
 
 use stagger_coupling::{
-    self, Acceleration, Course, Frozen, Local, Observer, Order, Outcome, Physics, Reply, Settings, SolveError,
-    StepSize, Window,
+    self, Acceleration, CouplingController, Frozen, Listener, Local, Order, Outcome, Physics, Reply, Settings,
+    SolveError, StepSize, Window,
 };
 use stagger_messages::{Decision, Field, Fields, Measure, Port, Ports, Ready};
 use stagger_runtime::{
-    coordinator::{Keeper, Remote, ports},
+    coordinator::{Remote, Supervisor, ports},
     link::{Link, Role},
     node::host::{Event, Host, Identity},
 };
@@ -81,8 +81,8 @@ pub fn node(arguments: &[String]) {
 
 struct Bench;
 
-impl Keeper for Bench {
-    fn last_words(&mut self, _node: &str) -> String {
+impl Supervisor for Bench {
+    fn why_it_ended(&mut self, _node: &str) -> String {
         "see above".into()
     }
 
@@ -106,7 +106,7 @@ struct Stopwatch {
     enough: usize,
 }
 
-impl Observer for Stopwatch {
+impl Listener for Stopwatch {
     fn started(&mut self, _ready: &[(String, Ready)]) {
         self.since = Instant::now();
     }
@@ -134,15 +134,15 @@ pub fn iterations(rows: usize, rounds: usize, nodes: usize, order: Order, accele
     let settings =
         Settings { order, acceleration, default_tolerance, iterations: 100, reuse: 0.0, ..Settings::new(dt) };
     let names = NAMES[..nodes].iter().map(|name| (*name).to_owned()).collect();
-    let mut keeper = Bench;
-    let mut remote =
-        Remote::new(link.clone(), RUN, names, Duration::from_secs(60), None, &mut keeper).expect("the link is open");
+    let mut supervisor = Bench;
+    let mut remote = Remote::new(link.clone(), RUN, names, Duration::from_secs(60), None, &mut supervisor)
+        .expect("the link is open");
     let manifests = remote.gather(0, Duration::from_secs(20)).expect("all nodes come");
     let ports = ports(&manifests);
     let plan = stagger_coupling::plan(&ports, &settings).expect("they fit");
-    let mut course = Course::new(&settings, &plan, &stagger_coupling::measured(&ports, &plan), 1e9);
+    let mut controller = CouplingController::new(&settings, &plan, &stagger_coupling::measured(&ports, &plan), 1e9);
     let mut stopwatch = Stopwatch { since: Instant::now(), times: Vec::new(), enough: total };
-    stagger_coupling::drive(&mut remote, &plan, &mut course, 0, &mut stopwatch).expect("nothing can fail");
+    stagger_coupling::run_loop(&mut remote, &plan, &mut controller, 0, &mut stopwatch).expect("nothing can fail");
     for child in &mut children {
         drop(child.stdin.take());
         let _ = child.wait();

@@ -9,9 +9,9 @@ use crate::diagnostics;
 /// Waiting for the disk is told once it adds up to this.
 const TELL: Duration = Duration::from_secs(1);
 
-/// Waits between iterations until the recording has caught up. Messages are handed over without waiting, from threads that
-/// must not; what they caused is bounded, as nothing more is asked of the nodes meanwhile.
-pub struct Pace {
+/// Waits between iterations until the recording has caught up. Transport threads hand messages over without waiting; what
+/// is held stays bounded, as the nodes are asked for nothing more meanwhile.
+pub struct Backpressure {
     recording: RecorderSender,
     /// How long the run has waited.
     pub waited: Duration,
@@ -19,7 +19,7 @@ pub struct Pace {
     lost: bool,
 }
 
-impl Pace {
+impl Backpressure {
     /// For a recording under way.
     #[must_use]
     pub fn of(recording: RecorderSender) -> Self {
@@ -27,7 +27,7 @@ impl Pace {
     }
 
     /// Waits; returns false where the recording has ended, and the run is to end with it.
-    pub fn keep(&mut self) -> bool {
+    pub fn wait(&mut self) -> bool {
         if self.lost {
             return false;
         }

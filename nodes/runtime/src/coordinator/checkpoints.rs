@@ -9,23 +9,23 @@ use bytes::Bytes;
 use prost::Message as _;
 use stagger_messages::{Checkpoint, Envelope, Snapshot};
 
-use crate::link::{LinkError, Outlet};
+use crate::link::{LinkError, Publisher};
 
 /// Encoded snapshots by node: what a node is given that starts again.
 pub type States = Arc<Mutex<BTreeMap<String, Bytes>>>;
 
 /// The last whole checkpoint, and the one that is being put together.
 pub struct Checkpoints {
-    outlet: Outlet,
+    publisher: Publisher,
     states: States,
     last: Option<Checkpoint>,
     unfinished: Option<Checkpoint>,
 }
 
 impl Checkpoints {
-    /// None yet; whole ones are put on `outlet`, for the recording.
-    pub fn new(outlet: Outlet) -> Self {
-        Self { outlet, states: States::default(), last: None, unfinished: None }
+    /// None yet; whole ones are put on `publisher`, for the recording.
+    pub fn new(publisher: Publisher) -> Self {
+        Self { publisher, states: States::default(), last: None, unfinished: None }
     }
 
     /// What the nodes are given.
@@ -82,7 +82,7 @@ impl Checkpoints {
     pub fn keep(&mut self, checkpoint: Checkpoint) -> Result<(), LinkError> {
         let encoded = checkpoint.nodes.iter().map(|node| (sender(node).to_owned(), node.encode_to_vec().into()));
         *self.states.lock().unwrap_or_else(PoisonError::into_inner) = encoded.collect();
-        self.outlet.put(None, checkpoint.encode_to_vec().into())?;
+        self.publisher.put(None, checkpoint.encode_to_vec().into())?;
         self.last = Some(checkpoint);
         Ok(())
     }

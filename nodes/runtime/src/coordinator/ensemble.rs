@@ -5,13 +5,13 @@ use std::{
     time::{Duration, Instant},
 };
 
-use stagger_coupling::{COORDINATOR, Ensemble, Inbox, Outcome, Task};
+use stagger_coupling::{COORDINATOR, Ensemble, FrozenFields, Outcome, Task};
 use stagger_messages::{
     Decision, Envelope, Field, Plan, Ready, Report, SCHEMA_VERSION, Source, Stop, Verdict, Version, codec, directive,
     keys, report,
 };
 
-use super::{Event, Remote, RunError};
+use super::{Remote, RunError, backpressure::Backpressure, remote::Event};
 
 /// After how long an unanswered question is put again, at first; then after twice as long each time.
 const ASK_AGAIN: Duration = Duration::from_secs(2);
@@ -20,7 +20,7 @@ const PLAN_AGAIN: Duration = Duration::from_millis(250);
 /// How long a user who wants the run to end waits for the step under way.
 const INTERRUPTED: Duration = Duration::from_secs(10);
 /// How long nodes have to leave.
-const FAREWELL: Duration = Duration::from_secs(5);
+const FINAL_REPORT: Duration = Duration::from_secs(5);
 /// How long last words may come after the end of their node's token.
 const OVERTAKEN: Duration = Duration::from_millis(300);
 /// How often they are told.
@@ -35,17 +35,17 @@ impl Remote<'_> {
         let sources: Vec<Source> =
             all.filter(|source| source.accelerated && seen.insert(source.field.clone())).cloned().collect();
         for Source { writer, field, .. } in &sources {
-            if !self.outlets.contains_key(field) {
-                let hear = self.hear.clone();
-                self.declared.push(self.link.subscribe(&keys::field(&self.run, writer, field), move |arrival| {
+            if !self.publishers.contains_key(field) {
+                let events = self.event_sender.clone();
+                self.declarations.push(self.link.subscribe(&keys::field(&self.run, writer, field), move |sample| {
                     // A coordinator that has ended needs no more events.
-                    let _ = hear.send(Event::Field(arrival));
+                    let _ = events.send(Event::Field(sample));
                 })?);
-                let outlet = self.link.publisher_sharing(keys::field(&self.run, COORDINATOR, field))?;
-                self.outlets.insert(field.clone(), outlet);
+                let publisher = self.link.publisher_sharing(keys::field(&self.run, COORDINATOR, field))?;
+                self.publishers.insert(field.clone(), publisher);
             }
         }
-        self.inbox = Inbox::new(sources);
+        self.frozen_fields = FrozenFields::new(sources);
         self.published = (Version::INITIAL, BTreeMap::new());
         self.asked = None;
         Ok(())
@@ -55,8 +55,8 @@ impl Remote<'_> {
         let Some(decision) = decision else { return };
         let version = decision.version.unwrap_or_default();
         match decision.verdict() {
-            Verdict::Accept => self.inbox.accepted(version),
-            Verdict::Reject => self.inbox.rejected(version),
+            Verdict::Accept => self.frozen_fields.accepted(version),
+            Verdict::Reject => self.frozen_fields.rejected(version),
             Verdict::Iterate | Verdict::None => {}
         }
     }
@@ -65,9 +65,9 @@ impl Remote<'_> {
         let (version, fields) = self.published.clone();
         for (name, field) in fields {
             let envelope = self.stamp(&Envelope { version: Some(version), ..Envelope::default() });
-            if let Some(outlet) = self.outlets.get(&name) {
+            if let Some(publisher) = self.publishers.get(&name) {
                 let attachment = codec::field_attachment(&envelope, &field, None);
-                outlet.put_field(attachment, field.values().bytes().clone(), again)?;
+                publisher.put_field(attachment, field.values().bytes().clone(), again)?;
             }
         }
         Ok(())
@@ -85,7 +85,7 @@ impl Ensemble for Remote<'_> {
         let mut patience = PLAN_AGAIN;
         let begun = Instant::now();
         while ready.len() < self.nodes.len() {
-            if self.keeper.interrupted() {
+            if self.supervisor.interrupted() {
                 return Err(RunError::Interrupted);
             }
             self.check_silence(begun, &plan.order, |node| ready.contains_key(node), "its start")?;
@@ -94,7 +94,7 @@ impl Ensemble for Remote<'_> {
             let again = Instant::now() + patience;
             patience = (2 * patience).min(ASK_AGAIN);
             while ready.len() < self.nodes.len() && Instant::now() < again {
-                match self.hear(from, again.saturating_duration_since(Instant::now()))? {
+                match self.next_report(from, again.saturating_duration_since(Instant::now()))? {
                     Some((node, report::Body::Ready(body))) => {
                         ready.insert(node, body);
                     }
@@ -126,8 +126,9 @@ impl Ensemble for Remote<'_> {
         let begun = Instant::now();
         let (mut patience, mut interrupted) = (ASK_AGAIN, None);
         while !Self::complete(&asked, &outcomes) {
-            let Some((node, body)) = self.hear(task.version, patience.min(ASK_AGAIN).min(self.hang))? else {
-                if self.keeper.interrupted() && interrupted.get_or_insert_with(Instant::now).elapsed() > INTERRUPTED {
+            let Some((node, body)) = self.next_report(task.version, patience.min(ASK_AGAIN).min(self.hang))? else {
+                if self.supervisor.interrupted() && interrupted.get_or_insert_with(Instant::now).elapsed() > INTERRUPTED
+                {
                     return Err(RunError::Interrupted);
                 }
                 self.check_silence(begun, &asked, |node| outcomes.contains_key(node), &task.version.to_string())?;
@@ -143,7 +144,7 @@ impl Ensemble for Remote<'_> {
             let result = match body {
                 report::Body::Done(done) => Ok(done),
                 report::Body::Failure(failure) => Err(failure),
-                report::Body::Ready(_) | report::Body::Farewell(_) => continue,
+                report::Body::Ready(_) | report::Body::FinalReport(_) => continue,
             };
             if asked.contains(&node) {
                 outcomes.insert(node.clone(), Outcome { node, result });
@@ -166,11 +167,11 @@ impl Ensemble for Remote<'_> {
         let begun = Instant::now();
         let mut again = ASK_AGAIN;
         loop {
-            if let Some(field) = self.inbox.get(&source.writer, &source.field, version) {
+            if let Some(field) = self.frozen_fields.get(&source.writer, &source.field, version) {
                 return Ok(field.clone());
             }
             // On one link fields come before the report about them; only a lost one is waited for.
-            self.hear(version, Duration::from_millis(50))?;
+            self.next_report(version, Duration::from_millis(50))?;
             let writer = std::slice::from_ref(&source.writer);
             self.check_silence(begun, writer, |_| false, &format!("`{}` of {version}", source.field))?;
             if begun.elapsed() >= again {
@@ -187,7 +188,11 @@ impl Ensemble for Remote<'_> {
         self.put_published(false)
     }
 
-    fn checkpoint(&mut self, version: Version, t_s: f64, course: Vec<u8>) {
+    fn catch_up(&mut self) -> bool {
+        self.backpressure.as_mut().is_none_or(Backpressure::wait)
+    }
+
+    fn checkpoint(&mut self, version: Version, t_s: f64, controller: Vec<u8>) {
         // Without a number: where the run goes on in another file, this message stands at its head.
         let envelope = Envelope {
             run: self.run.clone(),
@@ -198,7 +203,7 @@ impl Ensemble for Remote<'_> {
             t_s,
             ..Envelope::default()
         };
-        self.checkpoints.begin(envelope, course);
+        self.checkpoints.begin(envelope, controller);
     }
 
     fn finish(&mut self, last: Option<&Decision>, completed: bool, reason: &str) -> Result<(), RunError> {
@@ -209,9 +214,9 @@ impl Ensemble for Remote<'_> {
         let about = Envelope { version: version.or(Some(Version::INITIAL)), ..Envelope::default() };
         let stop = directive::Task::Stop(Stop { completed, reason: reason.into() });
         self.direct(&about, last, stop.clone())?;
-        let mut deadline = Instant::now() + FAREWELL;
-        while self.farewells.len() < self.nodes.len() && Instant::now() < deadline {
-            if self.alive.keys().all(|node| self.farewells.contains_key(node)) {
+        let mut deadline = Instant::now() + FINAL_REPORT;
+        while self.final_reports.len() < self.nodes.len() && Instant::now() < deadline {
+            if self.alive.keys().all(|node| self.final_reports.contains_key(node)) {
                 // A token's end may overtake the node's last words.
                 deadline = deadline.min(Instant::now() + OVERTAKEN);
             }
@@ -220,12 +225,12 @@ impl Ensemble for Remote<'_> {
                 self.direct(&about, last, stop.clone())?;
                 continue;
             };
-            let Some(arrival) = self.sort(event)? else { continue };
-            let Ok(report) = codec::decode::<Report>("report", &arrival.payload) else { continue };
-            if let (Some(envelope), Some(report::Body::Farewell(farewell))) = (report.envelope, report.body)
+            let Some(sample) = self.sort(event)? else { continue };
+            let Ok(report) = codec::decode::<Report>("report", &sample.payload) else { continue };
+            if let (Some(envelope), Some(report::Body::FinalReport(final_report))) = (report.envelope, report.body)
                 && self.expects(&envelope)
             {
-                self.farewells.insert(envelope.sender, farewell.fields);
+                self.final_reports.insert(envelope.sender, final_report.fields);
             }
         }
         Ok(())

@@ -1,349 +1,229 @@
-//! The coordinator's side of the link: finds the nodes, checks that they fit together, has them iterate.
+//! The coordinator of a run: plan → controller → loop → supervision.
+//!
+//! [`Coordinator::run`] reads in this order. The nodes are [`Remote`], the ensemble of the run loop; who started them is a
+//! [`Supervisor`]; whoever takes the run's messages is a [`Sink`](sinks::Sink).
 
 pub mod backpressure;
 mod checkpoints;
 mod ensemble;
-mod hearing;
+mod error;
+mod events;
 pub mod monitor;
+mod remote;
+pub mod sinks;
 pub mod supervision;
 
 use std::{
     collections::{BTreeMap, BTreeSet},
-    sync::{
-        PoisonError,
-        mpsc::{Receiver, Sender},
-    },
+    sync::{Arc, atomic::AtomicBool},
     time::{Duration, Instant},
 };
 
-use checkpoints::Checkpoints;
-use stagger_coupling::{COORDINATOR, ControlError, Inbox, PlanError, SolveError};
-use stagger_messages::{
-    Checkpoint, Envelope, Field, FieldSummary, Iterate, Manifest, MessageError, Ports, SCHEMA_VERSION, Version, codec,
-    keys,
-};
+use stagger_coupling::{COORDINATOR, CouplingController, End, Ensemble as _, RecordedSchedule, SolveError};
+use stagger_messages::{Checkpoint, FieldSummary, Manifest, Plan, Ports};
+use stagger_scene::Scene;
+
+pub use error::RunError;
+pub use remote::Remote;
+pub use supervision::Supervisor;
 
 use crate::{
+    coordinator::{
+        monitor::Monitor,
+        sinks::Sinks,
+        supervision::{Restart, Restarts, tell},
+    },
     diagnostics,
-    link::{Arrival, Declared, Link, LinkError, Outlet},
-    run::summary,
+    link::{Link, LinkError},
 };
 
-/// How often it is told which nodes are still waited for.
-const REMIND: Duration = Duration::from_secs(30);
-
-/// Why a run ended before its end.
-#[derive(Debug, thiserror::Error)]
-pub enum RunError {
-    /// The link failed.
-    #[error(transparent)]
-    Link(#[from] LinkError),
-    /// The step control gave up, or a node cannot go on.
-    #[error(transparent)]
-    Control(#[from] ControlError),
-    /// The nodes do not fit together.
-    #[error(transparent)]
-    Plan(#[from] PlanError),
-    /// A message that should have been one of ours.
-    #[error(transparent)]
-    Message(#[from] MessageError),
-    /// A state that cannot be encoded or restored.
-    #[error(transparent)]
-    Solve(#[from] SolveError),
-    /// A node that cannot be started again.
-    #[error("node `{node}` cannot be started again: {message}")]
-    Restart {
-        /// The node.
-        node: String,
-        /// Why.
-        message: String,
-    },
-    /// Nodes that never announced themselves.
-    #[error("{} did not announce themselves within {} s: look at their messages above", .nodes.join(", "), .patience.as_secs())]
-    Absent {
-        /// The nodes.
-        nodes: Vec<String>,
-        /// How long they had.
-        patience: Duration,
-    },
-    /// A node of another scene or another version.
-    #[error("node `{node}` does not belong to this run: {difference}")]
-    Foreign {
-        /// The node.
-        node: String,
-        /// What differs.
-        difference: String,
-    },
-    /// A node that ended.
-    #[error("node `{node}` is gone, in {at}: {last_words}")]
-    Lost {
-        /// The node.
-        node: String,
-        /// What it was asked for.
-        at: String,
-        /// The last it said.
-        last_words: String,
-    },
-    /// A node failed before its start.
-    #[error("node `{node}` cannot start: {message}")]
-    Start {
-        /// The node.
-        node: String,
-        /// Its words.
-        message: String,
-    },
-    /// A node that is there but gives no answer.
-    #[error("node `{node}` has not answered for {} s, in {at}", .patience.as_secs())]
-    Silent {
-        /// The node.
-        node: String,
-        /// What it was asked for.
-        at: String,
-        /// How long it had.
-        patience: Duration,
-    },
-    /// The user asked to stop before the first step, or the step under way does not end.
-    #[error("interrupted")]
-    Interrupted,
+/// What a run is given beside its scene.
+pub struct Conditions {
+    /// Name of the run.
+    pub run: String,
+    /// Names of its nodes.
+    pub nodes: BTreeSet<String>,
+    /// How long nodes may take to announce themselves.
+    pub patience: Duration,
+    /// The checkpoint to go on from; `None` starts at t = 0.
+    pub resume: Option<Checkpoint>,
+    /// The steps and iterations to repeat, where recorded nodes take part.
+    pub schedule: Option<Arc<RecordedSchedule>>,
+    /// Ends the run after the current step.
+    pub interrupted: Arc<AtomicBool>,
 }
 
-/// What the coordinator needs from who started the nodes.
-pub trait Keeper {
-    /// What a node said last, for the message about its end.
-    fn last_words(&mut self, node: &str) -> String;
-    /// Whether the user wants the run to end.
-    fn interrupted(&self) -> bool;
-    /// A node whose process has ended before it announced itself.
-    fn ended_early(&mut self) -> Option<String>;
-    /// Whether a node that has ended, in its start or later, would only end the same way again, as far as its end tells.
-    fn is_hopeless(&mut self, _node: &str, _at_start: bool) -> bool {
-        false
-    }
-    /// Ends what is left of a node and starts it again.
-    ///
-    /// # Errors
-    /// It cannot be started again, in words.
-    fn restart(&mut self, node: &str) -> Result<(), String>;
+/// Has the nodes of a scene run to the end.
+pub struct Coordinator<'a> {
+    scene: &'a Scene,
+    patience: Duration,
+    schedule: Option<Arc<RecordedSchedule>>,
+    nodes: Remote<'a>,
+    monitor: Monitor,
+    restarts: Restarts,
+    sinks: Sinks<'a>,
 }
 
-/// What the coordinator hears.
-enum Event {
-    Report(Arrival),
-    Field(Arrival),
-    Snapshot(Arrival),
-    Alive(String, bool),
+/// How a run ended, and everything that is known of it then.
+pub struct Ended {
+    /// Whether it reached its end, or why not.
+    pub result: Result<End, RunError>,
+    /// Wall time from the first directive to the last reply, in s.
+    pub wall_s: f64,
+    /// Counts, energy and times.
+    pub monitor: Monitor,
+    /// What the fields held at the end, as the nodes reported.
+    pub fields: Vec<FieldSummary>,
+    /// Nodes that ended without a report about their fields.
+    pub missing: Vec<String>,
+    /// Messages the coordinator refused.
+    pub refused: u64,
+    /// Nodes that were started again.
+    pub restarts: Vec<Restart>,
+    /// How long the run waited for its recording.
+    pub waited: Duration,
 }
 
-/// The nodes of a run at the other end of the link.
-pub struct Remote<'a> {
-    link: Link,
-    run: String,
-    epoch: u32,
-    sequence: u64,
-    directives: Outlet,
-    hear: Sender<Event>,
-    events: Receiver<Event>,
-    keeper: &'a mut dyn Keeper,
-    nodes: BTreeSet<String>,
-    /// Processes by node; one that was given up is not among them.
-    alive: BTreeMap<String, BTreeSet<String>>,
-    buried: BTreeSet<(String, String)>,
-    /// The process of each node that takes part: another of its name may be there before this one's end is seen.
-    current: BTreeMap<String, String>,
-    order: Vec<String>,
-    /// How long a node may work on one answer.
-    hang: Duration,
-    /// Answers of accelerated fields.
-    inbox: Inbox,
-    /// What was published instead of them last.
-    published: (Version, BTreeMap<String, Field>),
-    outlets: BTreeMap<String, Outlet>,
-    /// What the nodes were asked last, in the form in which it is asked again.
-    asked: Option<(Envelope, Iterate)>,
-    checkpoints: Checkpoints,
-    farewells: BTreeMap<String, Vec<FieldSummary>>,
-    finished: bool,
-    refused: u64,
-    declared: Vec<Declared>,
-}
-
-impl<'a> Remote<'a> {
-    /// Listens for the nodes of `run`. A node that works on one answer for longer than `hang` is taken for dead. Where
-    /// the run goes on from a checkpoint, the nodes are given that.
+impl<'a> Coordinator<'a> {
+    /// Listens for the nodes, which `supervisor` has started.
     ///
     /// # Errors
     /// The link fails.
     pub fn new(
+        scene: &'a Scene,
         link: Link,
-        run: &str,
-        nodes: BTreeSet<String>,
-        hang: Duration,
-        resume: Option<Checkpoint>,
-        keeper: &'a mut dyn Keeper,
+        supervisor: &'a mut dyn Supervisor,
+        sinks: Sinks<'a>,
+        conditions: Conditions,
     ) -> Result<Self, LinkError> {
-        let (hear, events) = std::sync::mpsc::channel();
-        let (reports, snapshots, life) = (hear.clone(), hear.clone(), hear.clone());
-        let mut checkpoints = Checkpoints::new(link.publisher_by_socket(keys::checkpoint(run))?);
-        if let Some(mut checkpoint) = resume {
-            // It was another run's; now it is the point this one starts from.
-            let envelope = checkpoint.envelope.get_or_insert_default();
-            (envelope.run, envelope.epoch) = (run.into(), 1);
-            checkpoints.keep(checkpoint)?;
-        }
-        // A coordinator that has ended needs no more events.
-        let mut declared = vec![
-            link.subscribe(&keys::reports(run), move |arrival| {
-                let _ = reports.send(Event::Report(arrival));
-            })?,
-            link.subscribe(&keys::snapshot(run, "*"), move |arrival| {
-                let _ = snapshots.send(Event::Snapshot(arrival));
-            })?,
-            link.watch(&keys::live_all(run), move |key, alive| {
-                let _ = life.send(Event::Alive(key, alive));
-            })?,
-        ];
-        for node in &nodes {
-            let (key, node, states) = (keys::restore(run, node), node.clone(), checkpoints.states());
-            declared.push(link.answer(&key.clone(), move || {
-                let states = states.lock().unwrap_or_else(PoisonError::into_inner);
-                let arrival = |payload| Arrival { key: key.clone(), attachment: bytes::Bytes::new(), payload };
-                states.get(&node).cloned().map(arrival).into_iter().collect()
-            })?);
-        }
-        declared.push(link.announce(&keys::live(run, COORDINATOR, &std::process::id().to_string()))?);
-        let directives = link.publisher(keys::directive(run))?;
-        Ok(Self {
-            link,
-            run: run.into(),
-            epoch: 1,
-            sequence: 0,
-            directives,
-            hear,
-            events,
-            keeper,
-            nodes,
-            alive: BTreeMap::new(),
-            buried: BTreeSet::new(),
-            current: BTreeMap::new(),
-            order: Vec::new(),
-            hang,
-            inbox: Inbox::default(),
-            published: (Version::INITIAL, BTreeMap::new()),
-            outlets: BTreeMap::new(),
-            asked: None,
-            checkpoints,
-            farewells: BTreeMap::new(),
-            finished: false,
-            refused: 0,
-            declared,
-        })
+        let Conditions { run, nodes, patience, resume, schedule, interrupted } = conditions;
+        let mut monitor = Monitor::new(scene.duration_s, interrupted);
+        monitor.rejections = scene.coupling.rejections;
+        let hang = Duration::from_secs_f64(scene.recovery.hang_s);
+        let nodes = Remote::new(link, &run, nodes, hang, resume, supervisor)?.with_backpressure(sinks.backpressure());
+        Ok(Self { scene, patience, schedule, nodes, monitor, restarts: Restarts::allowed_by(scene), sinks })
     }
 
-    /// Whether a node that is gone, in its start or later, would only end the same way again.
-    pub fn is_hopeless(&mut self, node: &str, at_start: bool) -> bool {
-        self.keeper.is_hopeless(node, at_start)
-    }
-
-    /// The last whole checkpoint, or the one the run goes on from, with its version.
+    /// Runs to the end. The sinks have been given every message when this returns.
     #[must_use]
-    pub fn last_checkpoint(&self) -> Option<(Version, &Checkpoint)> {
-        self.checkpoints.last().map(|checkpoint| (checkpoint.version(), checkpoint))
+    pub fn run(mut self) -> Ended {
+        let result = self.conduct();
+        let wall_s = self.monitor.finish();
+        if let Err(error) = &result {
+            // The nodes may be gone themselves; the error above is the one to tell.
+            let _ = self.nodes.finish(None, false, &error.to_string());
+        }
+        let Self { nodes, monitor, restarts, .. } = self;
+        Ended {
+            result,
+            wall_s,
+            monitor,
+            fields: nodes.final_fields(),
+            missing: nodes.without_final_report(),
+            refused: nodes.refused(),
+            restarts: restarts.into_list(),
+            waited: nodes.waited(),
+        }
     }
 
-    /// Gives a node up and has it started again. What follows is a new epoch.
-    ///
-    /// # Errors
-    /// It cannot be started.
-    pub fn revive(&mut self, node: &str) -> Result<(), RunError> {
-        let current = self.current.remove(node);
-        for instance in self.alive.get(node).cloned().unwrap_or_default() {
-            // Before the first handshake nobody is current, and whoever is there is given up.
-            if current.as_ref().is_none_or(|current| *current == instance) {
-                self.hear_life(&keys::live(&self.run, node, &instance), false);
-                self.buried.insert((node.into(), instance));
+    fn conduct(&mut self) -> Result<End, RunError> {
+        let manifests = self.gather()?;
+        self.sinks.manifests(&manifests);
+        // Nodes that do not fit together make no run, and leave no recording of none.
+        let mut plan = self.plan(&ports(&manifests))?;
+        self.sinks.begin()?;
+        loop {
+            let mut controller = self.controller(&ports(&manifests), &mut plan)?;
+            let steps = self.scene.recovery.checkpoint_steps;
+            let ended = stagger_coupling::run_loop(&mut self.nodes, &plan, &mut controller, steps, &mut self.monitor);
+            self.restarts.over(self.monitor.ready_at());
+            match ended {
+                Ok(end) => return Ok(end),
+                Err(error) => self.recover(error, &manifests)?,
             }
         }
-        self.epoch += 1;
-        self.sequence = 0;
-        self.checkpoints.drop_unfinished();
-        self.keeper.restart(node).map_err(|message| RunError::Restart { node: node.into(), message })
     }
 
-    /// Waits until every node has announced itself, and asks each for its ports.
-    ///
-    /// # Errors
-    /// A node does not come, or belongs to another run.
-    pub fn gather(&mut self, scene_hash: u64, patience: Duration) -> Result<BTreeMap<String, Manifest>, RunError> {
-        let begun = Instant::now();
-        let mut remind = begun + REMIND;
-        while self.nodes.iter().any(|node| !self.alive.contains_key(node)) {
-            if Instant::now() >= remind {
-                remind += REMIND;
-                let absent: Vec<_> = self.nodes.iter().filter(|node| !self.alive.contains_key(*node)).collect();
-                let names = absent.into_iter().map(String::as_str).collect::<Vec<_>>().join(", ");
-                diagnostics::note(&format!("still waiting for {names}, of whom nothing has been heard"));
-            }
-            if self.keeper.interrupted() {
-                return Err(RunError::Interrupted);
-            }
-            if let Some(node) = self.keeper.ended_early() {
-                return Err(self.lost(node, "its start".into()));
-            }
-            if begun.elapsed() > patience {
-                let absent = self.nodes.iter().filter(|node| !self.alive.contains_key(*node));
-                let nodes = absent.map(|node| format!("`{node}`")).collect();
-                return Err(RunError::Absent { nodes, patience });
-            }
-            match self.events.recv_timeout(Duration::from_millis(50)) {
-                Ok(Event::Alive(key, alive)) => self.hear_life(&key, alive),
-                // Nothing is asked of the epoch to come, so nothing can be an answer.
-                Ok(Event::Report(_) | Event::Field(_) | Event::Snapshot(_)) => self.refused += 1,
-                Err(_) => {}
+    /// Waits for the nodes; one that ends before it has announced itself is started again.
+    fn gather(&mut self) -> Result<BTreeMap<String, Manifest>, RunError> {
+        loop {
+            let begun = Instant::now();
+            match self.nodes.gather(self.scene.hash, self.patience) {
+                Err(RunError::Lost { node, at, why })
+                    if self.restarts.are_left() && !self.nodes.is_hopeless(&node, true) =>
+                {
+                    tell(&node, &at, &why, "it is started again");
+                    self.nodes.restart(&node)?;
+                    self.restarts.in_start(node, at, begun.elapsed());
+                }
+                other => return other,
             }
         }
-        let mut manifests = BTreeMap::new();
-        for node in &self.nodes.clone() {
-            let answer = self.link.ask(&keys::manifest(&self.run, node), patience)?;
-            // It was here; whoever of it is left does not hear.
-            let Some(answer) = answer.first() else { return Err(self.lost(node.clone(), "its start".into())) };
-            let manifest: Manifest = codec::decode("manifest", &answer.payload)?;
-            if let Some(difference) = difference(&manifest, &self.run, scene_hash) {
-                return Err(RunError::Foreign { node: node.clone(), difference });
-            }
-            self.current.insert(node.clone(), manifest.instance.clone());
-            manifests.insert(node.clone(), manifest);
+    }
+
+    /// Who reads from whom.
+    fn plan(&self, ports: &BTreeMap<String, Ports>) -> Result<Plan, RunError> {
+        let written: BTreeSet<&str> =
+            ports.values().flat_map(|ports| &ports.writes).map(|port| port.field.as_str()).collect();
+        let kept = self.scene.record.fields.iter().flatten();
+        for field in kept.filter(|field| !written.contains(field.as_str())) {
+            let known = written.iter().copied().collect::<Vec<_>>().join(", ");
+            diagnostics::warn(&format!("record.fields: no node writes `{field}`; fields are {known}"));
         }
-        Ok(manifests)
+        let plan = stagger_coupling::plan(ports, &self.scene.coupling)?;
+        let warnings = stagger_coupling::out_of_reach(&plan, &self.scene.coupling);
+        warnings.iter().for_each(|warning| diagnostics::warn(warning));
+        Ok(plan)
     }
 
-    /// What the fields held at the end, as the nodes said when they left.
-    #[must_use]
-    pub fn final_fields(&self) -> Vec<FieldSummary> {
-        summary::told_apart(self.farewells.iter().map(|(node, fields)| (node.as_str(), fields.clone())))
+    /// What decides, from the last checkpoint or from the start; `plan` is told which.
+    fn controller(&mut self, ports: &BTreeMap<String, Ports>, plan: &mut Plan) -> Result<CouplingController, RunError> {
+        let measured = stagger_coupling::measured(ports, plan);
+        let mut controller = CouplingController::new(&self.scene.coupling, plan, &measured, self.scene.duration_s);
+        let mut saved = None;
+        if let Some((version, checkpoint)) = self.nodes.last_checkpoint() {
+            plan.from = Some(version);
+            saved = Some(controller.restore(&checkpoint.coordinator)?);
+            let committed = controller.control.committed();
+            if committed != version {
+                let contradiction =
+                    format!("the checkpoint is of {version}, but the step control in it had reached {committed}");
+                return Err(SolveError::Mismatch(contradiction).into());
+            }
+        }
+        let failed = |source| SolveError::Snapshot { node: COORDINATOR.into(), what: "restored", source };
+        self.monitor.restore(saved).map_err(failed)?;
+        if let Some(schedule) = &self.schedule {
+            controller.control.follow(Arc::clone(schedule));
+        }
+        Ok(controller)
     }
 
-    /// Nodes that ended without a word about their fields.
-    #[must_use]
-    pub fn without_farewell(&self) -> Vec<String> {
-        self.nodes.iter().filter(|node| !self.farewells.contains_key(*node)).cloned().collect()
-    }
-
-    /// Messages refused so far.
-    #[must_use]
-    pub fn refused(&self) -> u64 {
-        self.refused
-    }
-}
-
-fn difference(manifest: &Manifest, run: &str, scene_hash: u64) -> Option<String> {
-    if manifest.schema != SCHEMA_VERSION {
-        Some(format!("it speaks schema {}, this coordinator {SCHEMA_VERSION}", manifest.schema))
-    } else if manifest.run != run {
-        Some(format!("it takes part in run `{}`", manifest.run))
-    } else if manifest.scene_hash != scene_hash {
-        Some("it was started with another scene or other --set values".into())
-    } else {
-        None
+    /// Where a node has died or hangs, has it started again, so that the run can go on from the last checkpoint; any
+    /// other error, or one death too many, ends the run.
+    fn recover(&mut self, error: RunError, manifests: &BTreeMap<String, Manifest>) -> Result<(), RunError> {
+        let (node, at, why) = match &error {
+            RunError::Lost { node, at, why } => (node.clone(), at.clone(), why.clone()),
+            RunError::Silent { node, at, patience } => {
+                (node.clone(), at.clone(), format!("no answer for {} s", patience.as_secs_f64()))
+            }
+            _ => return Err(error),
+        };
+        if !self.restarts.are_left() || self.nodes.is_hopeless(&node, false) {
+            return Err(error);
+        }
+        let from_step = self.nodes.last_checkpoint().map_or(0, |(version, _)| version.step);
+        let steps_repeated = self.monitor.steps.accepted.saturating_sub(from_step);
+        tell(&node, &at, &why, &format!("it is started again, and the run goes on from step {from_step}"));
+        self.restarts.in_run(node.clone(), at, from_step, steps_repeated);
+        self.nodes.restart(&node)?;
+        let now = self.gather()?;
+        let differs = |(node, known): &(&String, &Manifest)| now.get(*node).map(|it| &it.ports) != Some(&known.ports);
+        if let Some((node, _)) = manifests.iter().find(differs) {
+            let difference = "it was started again with other ports".into();
+            return Err(RunError::Foreign { node: node.clone(), difference });
+        }
+        Ok(())
     }
 }
 

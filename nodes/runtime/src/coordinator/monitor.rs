@@ -11,10 +11,10 @@ use std::{
 };
 
 use serde::{Deserialize, Serialize};
-use stagger_coupling::{Ledger, Observer, Outcome};
+use stagger_coupling::{Ledger, Listener, Outcome};
 use stagger_messages::{Decision, Done, Ready, Verdict};
 
-use crate::{coordinator::backpressure::Pace, diagnostics};
+use crate::diagnostics;
 
 /// How often the line of progress is written on a terminal, over the one before.
 const REFRESH: Duration = Duration::from_millis(200);
@@ -94,8 +94,6 @@ pub struct Monitor {
     ready_at: Option<Instant>,
     /// Rejections of one step, one after the other, that end the run.
     pub rejections: u32,
-    /// The recording the run waits for, where there is one.
-    pub pace: Option<Pace>,
 }
 
 impl Monitor {
@@ -112,7 +110,6 @@ impl Monitor {
             interrupted,
             ready_at: None,
             rejections: u32::MAX,
-            pace: None,
         }
     }
 
@@ -197,7 +194,7 @@ impl Monitor {
     }
 }
 
-impl Observer for Monitor {
+impl Listener for Monitor {
     fn started(&mut self, ready: &[(String, Ready)]) {
         self.ready_at = Some(Instant::now());
         for (node, ready) in ready {
@@ -248,8 +245,7 @@ impl Observer for Monitor {
             }
         }
         self.show(decision);
-        let recorded = self.pace.as_mut().is_none_or(Pace::keep);
-        recorded && !self.interrupted.load(Ordering::Relaxed)
+        !self.interrupted.load(Ordering::Relaxed)
     }
 
     fn ledger(&self) -> Ledger {

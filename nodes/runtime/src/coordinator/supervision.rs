@@ -1,20 +1,30 @@
-//! Has the nodes run to the end, and starts again those that die on the way.
+//! Nodes that die: who starts them again, how often a scene allows it, and what is told of it.
 
-use std::{
-    collections::BTreeMap,
-    sync::Arc,
-    time::{Duration, Instant},
-};
+use std::time::{Duration, Instant};
 
 use serde::Serialize;
-use stagger_coupling::{Course, End, Precedent, SolveError, out_of_reach};
-use stagger_messages::{Manifest, Plan};
 use stagger_scene::Scene;
 
-use crate::{
-    coordinator::{Remote, RunError, monitor::Monitor, ports},
-    diagnostics,
-};
+use crate::diagnostics;
+
+/// What the coordinator needs from who started the nodes.
+pub trait Supervisor {
+    /// How a node ended and what it said last, for the message about its end.
+    fn why_it_ended(&mut self, node: &str) -> String;
+    /// Whether the user wants the run to end.
+    fn interrupted(&self) -> bool;
+    /// A node whose process has ended before it announced itself.
+    fn ended_early(&mut self) -> Option<String>;
+    /// Whether a node that has ended, in its start or later, would only end the same way again, as far as its end tells.
+    fn is_hopeless(&mut self, _node: &str, _at_start: bool) -> bool {
+        false
+    }
+    /// Ends what is left of a node and starts it again.
+    ///
+    /// # Errors
+    /// It cannot be started again, in words.
+    fn restart(&mut self, node: &str) -> Result<(), String>;
+}
 
 /// A node that died and was started again.
 #[derive(Clone, Debug, Serialize, PartialEq)]
@@ -31,123 +41,55 @@ pub struct Restart {
     pub outage_s: f64,
 }
 
-/// Waits for the nodes; one that ends before it has announced itself is started again.
-///
-/// # Errors
-/// Nodes do not come, or too many end.
-pub fn gather(
-    scene: &Scene,
-    remote: &mut Remote<'_>,
-    patience: Duration,
-    restarts: &mut Vec<Restart>,
-) -> Result<BTreeMap<String, Manifest>, RunError> {
-    loop {
-        let begun = Instant::now();
-        match remote.gather(scene.hash, patience) {
-            Err(RunError::Lost { node, at, last_words })
-                if may_restart(scene, restarts) && !remote.is_hopeless(&node, true) =>
-            {
-                tell(&node, &at, &last_words, "it is started again");
-                remote.revive(&node)?;
-                let outage_s = begun.elapsed().as_secs_f64();
-                restarts.push(Restart { node, at, from_step: 0, steps_repeated: 0, outage_s });
-            }
-            other => return other,
-        }
-    }
+/// The restarts of a run.
+pub struct Restarts {
+    list: Vec<Restart>,
+    most: usize,
+    /// When the node died that was started again last, until all nodes are ready again.
+    since: Option<Instant>,
 }
 
-/// Runs a scene over nodes that are there, from its start or from the checkpoint `remote` holds, on the course of
-/// `precedent` where there is one.
-///
-/// # Errors
-/// A node fails, or dies more often than the scene allows; the step control gives up.
-pub fn conduct(
-    scene: &Scene,
-    remote: &mut Remote<'_>,
-    manifests: &BTreeMap<String, Manifest>,
-    monitor: &mut Monitor,
-    precedent: Option<&Arc<Precedent>>,
-    patience: Duration,
-    restarts: &mut Vec<Restart>,
-) -> Result<End, RunError> {
-    let ports = ports(manifests);
-    let mut plan = stagger_coupling::plan(&ports, &scene.coupling)?;
-    out_of_reach(&plan, &scene.coupling).iter().for_each(|warning| diagnostics::warn(warning));
-    let steps = scene.recovery.checkpoint_steps;
-    let mut since = None;
-    loop {
-        let mut course = course(scene, remote, &mut plan, manifests, monitor)?;
-        if let Some(precedent) = precedent {
-            course.control.follow(Arc::clone(precedent));
-        }
-        let driven = stagger_coupling::drive(remote, &plan, &mut course, steps, monitor);
-        if let (Some(since), Some(ready_at), Some(restart)) = (since.take(), monitor.ready_at(), restarts.last_mut()) {
+impl Restarts {
+    /// None yet, of those that a scene allows: without checkpoints none at all.
+    #[must_use]
+    pub fn allowed_by(scene: &Scene) -> Self {
+        let most = if scene.recovery.checkpoint_steps > 0 { scene.recovery.restarts as usize } else { 0 };
+        Self { list: Vec::new(), most, since: None }
+    }
+
+    /// Whether one more is allowed.
+    #[must_use]
+    pub fn are_left(&self) -> bool {
+        self.list.len() < self.most
+    }
+
+    /// A node ended before the run began, and was there again after `outage`.
+    pub fn in_start(&mut self, node: String, at: String, outage: Duration) {
+        let outage_s = outage.as_secs_f64();
+        self.list.push(Restart { node, at, from_step: 0, steps_repeated: 0, outage_s });
+    }
+
+    /// A node has died during the run, which goes on from the accepted step `from_step`.
+    pub fn in_run(&mut self, node: String, at: String, from_step: u64, steps_repeated: u64) {
+        self.since = Some(Instant::now());
+        self.list.push(Restart { node, at, from_step, steps_repeated, outage_s: 0.0 });
+    }
+
+    /// All nodes were ready again at that time, where they were.
+    pub fn over(&mut self, ready_at: Option<Instant>) {
+        if let (Some(since), Some(ready_at), Some(restart)) = (self.since.take(), ready_at, self.list.last_mut()) {
             restart.outage_s = ready_at.saturating_duration_since(since).as_secs_f64();
         }
-        let error = match driven {
-            Ok(end) => return Ok(end),
-            Err(error) => error,
-        };
-        let (node, at, why) = match &error {
-            RunError::Lost { node, at, last_words } => (node.clone(), at.clone(), last_words.clone()),
-            RunError::Silent { node, at, patience } => {
-                (node.clone(), at.clone(), format!("no answer for {} s", patience.as_secs_f64()))
-            }
-            _ => return Err(error),
-        };
-        if !may_restart(scene, restarts) || remote.is_hopeless(&node, false) {
-            return Err(error);
-        }
-        since = Some(Instant::now());
-        let from_step = remote.last_checkpoint().map_or(0, |(version, _)| version.step);
-        let steps_repeated = monitor.steps.accepted.saturating_sub(from_step);
-        tell(&node, &at, &why, &format!("it is started again, and the run goes on from step {from_step}"));
-        restarts.push(Restart { node: node.clone(), at, from_step, steps_repeated, outage_s: 0.0 });
-        remote.revive(&node)?;
-        let now = gather(scene, remote, patience, restarts)?;
-        if let Some((node, _)) =
-            manifests.iter().find(|(node, known)| now.get(*node).map(|it| &it.ports) != Some(&known.ports))
-        {
-            let difference = "it was started again with other ports".into();
-            return Err(RunError::Foreign { node: node.clone(), difference });
-        }
+    }
+
+    /// All of them, in their order.
+    #[must_use]
+    pub fn into_list(self) -> Vec<Restart> {
+        self.list
     }
 }
 
-/// The course from the last checkpoint, or from the start.
-fn course(
-    scene: &Scene,
-    remote: &Remote<'_>,
-    plan: &mut Plan,
-    manifests: &BTreeMap<String, Manifest>,
-    monitor: &mut Monitor,
-) -> Result<Course, RunError> {
-    let measured = stagger_coupling::measured(&ports(manifests), plan);
-    let mut course = Course::new(&scene.coupling, plan, &measured, scene.duration_s);
-    let failed = |source| SolveError::Snapshot { node: stagger_coupling::COORDINATOR.into(), what: "restored", source };
-    let saved = match remote.last_checkpoint() {
-        Some((version, checkpoint)) => {
-            plan.from = Some(version);
-            let saved = course.restore(&checkpoint.coordinator)?;
-            let committed = course.control.committed();
-            if committed != version {
-                let contradiction =
-                    format!("the checkpoint is of {version}, but the step control in it had reached {committed}");
-                return Err(SolveError::Mismatch(contradiction).into());
-            }
-            Some(saved)
-        }
-        None => None,
-    };
-    monitor.restore(saved).map_err(failed)?;
-    Ok(course)
-}
-
-fn may_restart(scene: &Scene, restarts: &[Restart]) -> bool {
-    scene.recovery.checkpoint_steps > 0 && restarts.len() < scene.recovery.restarts as usize
-}
-
-fn tell(node: &str, at: &str, why: &str, what: &str) {
+/// Tells that a node is gone, and what follows.
+pub fn tell(node: &str, at: &str, why: &str, what: &str) {
     diagnostics::warn(&format!("node `{node}` is gone, in {at}: {why}; {what}"));
 }

@@ -23,9 +23,9 @@ use std::{
 };
 
 use crate::{
-    coordinator::Keeper,
+    coordinator::Supervisor,
     diagnostics,
-    launch::{roster::Runs, stderr_tail::LastWords},
+    launch::{roster::Runs, stderr_tail::StderrTail},
     link::{endpoint::Endpoint, shared_memory},
 };
 
@@ -34,7 +34,7 @@ const LAST_LINES: usize = 20;
 /// How long a node that was told to end may take.
 const LEAVE: Duration = Duration::from_secs(5);
 /// How long the diagnostics of a node that has ended are waited for: a process it started may hold them open for ever.
-const LAST_WORDS: Duration = Duration::from_millis(500);
+const STDERR_CLOSES: Duration = Duration::from_millis(500);
 /// The signal for a file that grows beyond its limit.
 const FILE_TOO_LARGE: i32 = nix::sys::signal::SIGXFSZ as i32;
 /// Exit codes of a start that fails the same way each time: the usage or the scene is wrong (ours, and an interpreter's for a
@@ -74,7 +74,7 @@ pub struct Launcher {
 struct Worker {
     runs: Runs,
     child: Child,
-    words: LastWords,
+    stderr: StderrTail,
 }
 
 impl Launcher {
@@ -116,9 +116,9 @@ impl Drop for Launcher {
                 worker.kill();
             }
         }
-        let deadline = Instant::now() + LAST_WORDS;
+        let deadline = Instant::now() + STDERR_CLOSES;
         for (name, worker) in &mut self.workers {
-            if !worker.words.wait(deadline.saturating_duration_since(Instant::now())) {
+            if !worker.stderr.wait(deadline.saturating_duration_since(Instant::now())) {
                 diagnostics::note(&format!(
                     "a process that node `{name}` started lives on and holds its standard error; it is not waited for"
                 ));
@@ -135,8 +135,8 @@ impl Worker {
         })?;
         let name = name.to_owned();
         let hear = move |line: &str| diagnostics::note(&format!("[{name}] {line}"));
-        let words = LastWords::follow(&mut child, LAST_LINES, hear);
-        Ok(Self { runs: runs.clone(), child, words })
+        let stderr = StderrTail::follow(&mut child, LAST_LINES, hear);
+        Ok(Self { runs: runs.clone(), child, stderr })
     }
 
     fn ended(&mut self) -> bool {
@@ -229,8 +229,8 @@ fn plug_in(words: &[String]) -> Command {
     command
 }
 
-impl Keeper for Launcher {
-    fn last_words(&mut self, node: &str) -> String {
+impl Supervisor for Launcher {
+    fn why_it_ended(&mut self, node: &str) -> String {
         let Some(worker) = self.workers.get_mut(node) else { return "it was not started here".into() };
         // The process and its pipe end a moment after its token.
         let deadline = Instant::now() + Duration::from_millis(500);
@@ -238,8 +238,8 @@ impl Keeper for Launcher {
             std::thread::sleep(Duration::from_millis(5));
         }
         let status = worker.status().map_or_else(|| "its process does not answer".into(), in_words);
-        worker.words.wait(deadline.saturating_duration_since(Instant::now()));
-        format!("{status}{}", worker.words.told())
+        worker.stderr.wait(deadline.saturating_duration_since(Instant::now()));
+        format!("{status}{}", worker.stderr.told())
     }
 
     fn interrupted(&self) -> bool {

@@ -15,12 +15,12 @@ use crate::foreign_text::each_line;
 const LOOK: Duration = Duration::from_millis(2);
 
 /// The last lines of a process, kept by a thread that reads until its pipe closes.
-pub struct LastWords {
+pub struct StderrTail {
     lines: Arc<Mutex<VecDeque<String>>>,
     reader: Option<JoinHandle<()>>,
 }
 
-impl LastWords {
+impl StderrTail {
     /// Keeps the last `most` lines of `child`, whose standard error must be piped; `hear` is given each line. Lines are of
     /// bounded length, and control characters in them are escapes.
     pub fn follow(child: &mut Child, most: usize, hear: impl Fn(&str) + Send + 'static) -> Self {

@@ -27,10 +27,10 @@ use zenoh::{
     bytes::ZBytes,
     key_expr::{OwnedKeyExpr, keyexpr},
     liveliness::LivelinessToken,
-    pubsub::{Publisher, Subscriber},
+    pubsub,
     qos::{CongestionControl, Reliability},
-    query::{Query, Queryable},
-    sample::{Locality, Sample, SampleKind},
+    query, sample,
+    sample::{Locality, SampleKind},
     shm::{GarbageCollect, PosixShmProviderBackend, ShmProvider, ShmProviderBuilder, ZShm, ZShmMut},
 };
 
@@ -111,7 +111,7 @@ impl Role {
 
 /// A message as it came.
 #[derive(Clone, Debug)]
-pub struct Arrival {
+pub struct Sample {
     /// Key it was put on.
     pub key: String,
     /// Header; empty where there is none.
@@ -132,7 +132,7 @@ pub struct Link {
     shares: bool,
 }
 
-type Receive = Arc<dyn Fn(Arrival) + Send + Sync>;
+type Receive = Arc<dyn Fn(Sample) + Send + Sync>;
 
 /// The keys somebody hears first, and the subscriptions to some of them that come after it.
 ///
@@ -145,15 +145,15 @@ struct First {
 }
 
 impl First {
-    fn hear(&self, arrival: &Arrival) {
-        (self.receive)(arrival.clone());
+    fn hear(&self, sample: &Sample) {
+        (self.receive)(sample.clone());
         let matching: Vec<Receive> = {
             let after = self.after.lock().unwrap_or_else(PoisonError::into_inner);
-            let here = |key: &OwnedKeyExpr| keyexpr::new(&arrival.key).is_ok_and(|arrived| key.intersects(arrived));
+            let here = |key: &OwnedKeyExpr| keyexpr::new(&sample.key).is_ok_and(|arrived| key.intersects(arrived));
             after.receivers.values().filter(|(key, _)| here(key)).map(|(_, receive)| Arc::clone(receive)).collect()
         };
         for receive in matching {
-            receive(arrival.clone());
+            receive(sample.clone());
         }
     }
 
@@ -182,11 +182,11 @@ impl Drop for Leave {
 }
 
 /// Stops what it stands for when dropped.
-pub struct Declared(#[expect(dead_code, reason = "held for its drop")] Kind);
+pub struct Declaration(#[expect(dead_code, reason = "held for its drop")] Kind);
 
 enum Kind {
-    Subscriber(#[expect(dead_code, reason = "held for its drop")] Subscriber<()>),
-    Queryable(#[expect(dead_code, reason = "held for its drop")] Queryable<()>),
+    Subscriber(#[expect(dead_code, reason = "held for its drop")] pubsub::Subscriber<()>),
+    Queryable(#[expect(dead_code, reason = "held for its drop")] query::Queryable<()>),
     Token(#[expect(dead_code, reason = "held for its drop")] LivelinessToken),
     After(#[expect(dead_code, reason = "held for its drop")] Leave),
 }
@@ -224,7 +224,7 @@ impl Link {
     ///
     /// # Errors
     /// The key is not valid.
-    pub fn publisher(&self, key: String) -> Result<Outlet, LinkError> {
+    pub fn publisher(&self, key: String) -> Result<Publisher, LinkError> {
         self.declare(key, CongestionControl::Drop)
     }
 
@@ -232,11 +232,11 @@ impl Link {
     ///
     /// # Errors
     /// The key is not valid.
-    pub fn publisher_that_waits(&self, key: String) -> Result<Outlet, LinkError> {
+    pub fn publisher_that_waits(&self, key: String) -> Result<Publisher, LinkError> {
         self.declare(key, CongestionControl::Block)
     }
 
-    fn declare(&self, key: String, when_congested: CongestionControl) -> Result<Outlet, LinkError> {
+    fn declare(&self, key: String, when_congested: CongestionControl) -> Result<Publisher, LinkError> {
         let publisher = self
             .session
             .declare_publisher(key.clone())
@@ -245,15 +245,15 @@ impl Link {
             .express(true)
             .wait()
             .map_err(failed(format!("declare {key}")))?;
-        Ok(Outlet { publisher, first: Arc::clone(&self.first), pool: self.shares.then(|| Arc::clone(&self.pool)) })
+        Ok(Publisher { publisher, first: Arc::clone(&self.first), pool: self.shares.then(|| Arc::clone(&self.pool)) })
     }
 
     /// Prepares to put on `key`, large payloads through shared memory, also from the hub.
     ///
     /// # Errors
     /// The key is not valid.
-    pub fn publisher_sharing(&self, key: String) -> Result<Outlet, LinkError> {
-        Ok(Outlet { pool: Some(Arc::clone(&self.pool)), ..self.publisher(key)? })
+    pub fn publisher_sharing(&self, key: String) -> Result<Publisher, LinkError> {
+        Ok(Publisher { pool: Some(Arc::clone(&self.pool)), ..self.publisher(key)? })
     }
 
     /// Prepares to put on `key` through the socket whatever the size: for what must outlive this process, whose shared
@@ -261,8 +261,8 @@ impl Link {
     ///
     /// # Errors
     /// The key is not valid.
-    pub fn publisher_by_socket(&self, key: String) -> Result<Outlet, LinkError> {
-        Ok(Outlet { pool: None, ..self.publisher(key)? })
+    pub fn publisher_by_socket(&self, key: String) -> Result<Publisher, LinkError> {
+        Ok(Publisher { pool: None, ..self.publisher(key)? })
     }
 
     /// Says who writes into shared memory in a run, of whom each may have to lock what all of them have: its nodes, and the
@@ -284,8 +284,8 @@ impl Link {
     pub fn subscribe(
         &self,
         key: &str,
-        receive: impl Fn(Arrival) + Send + Sync + 'static,
-    ) -> Result<Declared, LinkError> {
+        receive: impl Fn(Sample) + Send + Sync + 'static,
+    ) -> Result<Declaration, LinkError> {
         if let Some(first) = self.first.get() {
             let key = key_expression(key)?;
             if first.covers(&key) {
@@ -293,16 +293,16 @@ impl Link {
                 let number = after.count;
                 after.count += 1;
                 after.receivers.insert(number, (key, Arc::new(receive)));
-                return Ok(Declared(Kind::After(Leave { number, after: Arc::clone(&first.after) })));
+                return Ok(Declaration(Kind::After(Leave { number, after: Arc::clone(&first.after) })));
             }
         }
         let subscriber = self
             .session
             .declare_subscriber(key.to_owned())
-            .callback(move |sample| receive(arrival(&sample)))
+            .callback(move |sample| receive(to_sample(&sample)))
             .wait()
             .map_err(failed(format!("subscribe to {key}")))?;
-        Ok(Declared(Kind::Subscriber(subscriber)))
+        Ok(Declaration(Kind::Subscriber(subscriber)))
     }
 
     /// As [`Link::subscribe`], and called first: before every later subscription to some of these keys, and before what
@@ -313,8 +313,8 @@ impl Link {
     pub fn subscribe_first(
         &self,
         key: &str,
-        receive: impl Fn(Arrival) + Send + Sync + 'static,
-    ) -> Result<Declared, LinkError> {
+        receive: impl Fn(Sample) + Send + Sync + 'static,
+    ) -> Result<Declaration, LinkError> {
         let first = First { key: key_expression(key)?, receive: Arc::new(receive), after: Arc::default() };
         self.first.set(first).map_err(|_| LinkError::Zenoh {
             what: format!("subscribe to {key}"),
@@ -327,24 +327,28 @@ impl Link {
             .allowed_origin(Locality::Remote)
             .callback(move |sample| {
                 if let Some(first) = first.get() {
-                    first.hear(&arrival(&sample));
+                    first.hear(&to_sample(&sample));
                 }
             })
             .wait()
             .map_err(failed(format!("subscribe to {key}")))?;
-        Ok(Declared(Kind::Subscriber(subscriber)))
+        Ok(Declaration(Kind::Subscriber(subscriber)))
     }
 
     /// Answers every query for `key` with the messages `reply` gives, each on a key of its own under it.
     ///
     /// # Errors
     /// The key is not valid.
-    pub fn answer(&self, key: &str, reply: impl Fn() -> Vec<Arrival> + Send + 'static) -> Result<Declared, LinkError> {
+    pub fn queryable(
+        &self,
+        key: &str,
+        reply: impl Fn() -> Vec<Sample> + Send + 'static,
+    ) -> Result<Declaration, LinkError> {
         // An answer may be long, and waits for its reader; Zenoh's thread, which has to carry it away, must not.
-        let (ask, asked) = std::sync::mpsc::channel::<Query>();
+        let (ask, asked) = std::sync::mpsc::channel::<query::Query>();
         let answering = move || {
             for query in asked {
-                for Arrival { key, attachment, payload } in reply() {
+                for Sample { key, attachment, payload } in reply() {
                     // A querier that is gone needs no answer.
                     let _ = query.reply(key, payload).attachment(attachment).wait();
                 }
@@ -361,31 +365,31 @@ impl Link {
             })
             .wait()
             .map_err(failed(format!("answer on {key}")))?;
-        Ok(Declared(Kind::Queryable(queryable)))
+        Ok(Declaration(Kind::Queryable(queryable)))
     }
 
     /// Asks for `key` and returns all answers that come in time.
     ///
     /// # Errors
     /// The key is not valid.
-    pub fn ask(&self, key: &str, patience: Duration) -> Result<Vec<Arrival>, LinkError> {
+    pub fn query(&self, key: &str, patience: Duration) -> Result<Vec<Sample>, LinkError> {
         let replies = self.session.get(key).timeout(patience).wait().map_err(failed(format!("query {key}")))?;
         let answers = std::iter::from_fn(|| replies.recv().ok()).filter_map(|reply| reply.into_result().ok());
-        Ok(answers.map(|sample| arrival(&sample)).collect())
+        Ok(answers.map(|sample| to_sample(&sample)).collect())
     }
 
     /// Shows `key` as alive until the returned value is dropped or this process ends.
     ///
     /// # Errors
     /// The key is not valid.
-    pub fn announce(&self, key: &str) -> Result<Declared, LinkError> {
+    pub fn announce(&self, key: &str) -> Result<Declaration, LinkError> {
         let token = self
             .session
             .liveliness()
             .declare_token(key.to_owned())
             .wait()
             .map_err(failed(format!("announce {key}")))?;
-        Ok(Declared(Kind::Token(token)))
+        Ok(Declaration(Kind::Token(token)))
     }
 
     /// Has `receive` called with each key under `key` that appears (`true`) or is gone (`false`), present ones first.
@@ -396,7 +400,7 @@ impl Link {
         &self,
         key: &str,
         receive: impl Fn(String, bool) + Send + Sync + 'static,
-    ) -> Result<Declared, LinkError> {
+    ) -> Result<Declaration, LinkError> {
         let subscriber = self
             .session
             .liveliness()
@@ -405,7 +409,7 @@ impl Link {
             .callback(move |sample| receive(sample.key_expr().to_string(), sample.kind() == SampleKind::Put))
             .wait()
             .map_err(failed(format!("watch {key}")))?;
-        Ok(Declared(Kind::Subscriber(subscriber)))
+        Ok(Declaration(Kind::Subscriber(subscriber)))
     }
 
     /// Ends the session after everything put has left.
@@ -418,13 +422,13 @@ impl Link {
 }
 
 /// Puts messages on one key.
-pub struct Outlet {
-    publisher: Publisher<'static>,
+pub struct Publisher {
+    publisher: pubsub::Publisher<'static>,
     first: Arc<OnceLock<First>>,
     pool: Option<Arc<Pool<SharedMemory>>>,
 }
 
-impl Outlet {
+impl Publisher {
     /// Whether somebody subscribes to the key.
     ///
     /// # Errors
@@ -463,7 +467,7 @@ impl Outlet {
         let key = self.publisher.key_expr().as_str();
         if let Some(first) = self.first.get().filter(|first| first.covers(self.publisher.key_expr())) {
             let attachment = attachment.clone().map(Bytes::from).unwrap_or_default();
-            first.hear(&Arrival { key: key.to_owned(), attachment, payload: payload.clone() });
+            first.hear(&Sample { key: key.to_owned(), attachment, payload: payload.clone() });
         }
         let pool = pool.filter(|_| payload.len() >= SHARED_MEMORY_FROM);
         let body = match pool.and_then(|pool| pool.place(key, &payload)) {
@@ -519,8 +523,8 @@ fn key_expression(key: &str) -> Result<OwnedKeyExpr, LinkError> {
     OwnedKeyExpr::new(key).map_err(failed(format!("subscribe to {key}")))
 }
 
-fn arrival(sample: &Sample) -> Arrival {
-    Arrival {
+fn to_sample(sample: &sample::Sample) -> Sample {
+    Sample {
         key: sample.key_expr().to_string(),
         attachment: sample.attachment().map(contiguous).unwrap_or_default(),
         payload: contiguous(sample.payload()),
@@ -558,15 +562,15 @@ mod tests {
         let (tell, told) = mpsc::channel();
         let hears = |who: usize| {
             let tell = Mutex::new(tell.clone());
-            move |arrival: Arrival| tell.lock().unwrap().send((who, arrival.key)).unwrap()
+            move |sample: Sample| tell.lock().unwrap().send((who, sample.key)).unwrap()
         };
         let _first = hub.subscribe_first("run/**", hears(0)).unwrap();
-        let mut later: Vec<Declared> =
+        let mut later: Vec<Declaration> =
             (1..6).map(|who| hub.subscribe(["run/*/0", "run/*/1"][who % 2], hears(who)).unwrap()).collect();
         let near = hub.publisher("run/field/0".into()).unwrap();
         let far = node.publisher("run/field/1".into()).unwrap();
-        let order = |outlet: &Outlet, readers: usize| {
-            outlet.put(None, Bytes::from_static(b"1")).unwrap();
+        let order = |publisher: &Publisher, readers: usize| {
+            publisher.put(None, Bytes::from_static(b"1")).unwrap();
             let patience = Duration::from_secs(20);
             let heard: Vec<_> = (0..readers).map(|_| told.recv_timeout(patience).unwrap().0).collect();
             assert!(told.recv_timeout(Duration::from_millis(20)).is_err(), "each hears it once");

@@ -13,14 +13,14 @@ use std::{
 
 use bytes::Bytes;
 use prost::Message as _;
-use stagger_coupling::{Answer, COORDINATOR, Inbox, Participant, Window, resting, same, window_of};
+use stagger_coupling::{Answer, COORDINATOR, FrozenFields, Participant, Window, resting, same, window_of};
 use stagger_messages::{
-    Decision, Directive, Done, Envelope, Failure, Farewell, Field, Fields, Iterate, Manifest, Plan, Ready, Report,
+    Decision, Directive, Done, Envelope, Failure, Field, Fields, FinalReport, Iterate, Manifest, Plan, Ready, Report,
     SCHEMA_VERSION, Snapshot, Stop, Verdict, Version, codec, directive, keys, report,
 };
 
 use crate::{
-    link::{Arrival, Declared, Link, LinkError, Outlet},
+    link::{Declaration, Link, LinkError, Publisher, Sample},
     run::summary,
 };
 
@@ -85,9 +85,9 @@ pub enum HostError {
 #[derive(Debug)]
 pub enum Event {
     /// By the coordinator.
-    Directive(Arrival),
+    Directive(Sample),
     /// By another node.
-    Field(Arrival),
+    Field(Sample),
     /// That the coordinator is gone.
     Abandoned,
 }
@@ -98,16 +98,16 @@ pub struct Host {
     participant: Box<dyn Participant>,
     events: (Sender<Event>, Receiver<Event>),
     link: Link,
-    outlets: BTreeMap<String, Outlet>,
-    report: Outlet,
-    snapshot: Outlet,
-    _declared: Vec<Declared>,
-    inbox: Inbox,
+    publishers: BTreeMap<String, Publisher>,
+    report: Publisher,
+    snapshot: Publisher,
+    _declared: Vec<Declaration>,
+    frozen_fields: FrozenFields,
     /// Its fields that other nodes read.
     read: BTreeSet<String>,
     epoch: Option<u32>,
     /// Fields that came before the plan of their epoch: the nodes hear of it at different moments.
-    early: Vec<Arrival>,
+    early: Vec<Sample>,
     /// The version the epoch starts from, what the node holds then, and whether the coordinator waits to hear it.
     ready: (Version, Ready, bool),
     pending: Option<(Envelope, Iterate, Instant)>,
@@ -140,9 +140,9 @@ impl Host {
         let started = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         let instance = format!("{}-{}", std::process::id(), started.as_nanos());
         let ports = participant.ports();
-        let mut outlets = BTreeMap::new();
+        let mut publishers = BTreeMap::new();
         for port in &ports.writes {
-            outlets.insert(port.field.clone(), link.publisher(keys::field(&run, &node, &port.field))?);
+            publishers.insert(port.field.clone(), link.publisher(keys::field(&run, &node, &port.field))?);
         }
         let report = link.publisher(keys::report(&run, &node))?;
         let snapshot = link.publisher_by_socket(keys::snapshot(&run, &node))?;
@@ -156,7 +156,7 @@ impl Host {
             ports: Some(ports),
             scene_hash,
         };
-        let manifest = Arrival {
+        let manifest = Sample {
             key: keys::manifest(&run, &node),
             attachment: Bytes::new(),
             payload: manifest.encode_to_vec().into(),
@@ -165,8 +165,8 @@ impl Host {
         let asked = Arc::clone(&latest);
         let to_host = events.0.clone();
         // A host that has ended needs no more events.
-        let directives = link.subscribe(&keys::directive(&run), move |arrival| {
-            let _ = to_host.send(Event::Directive(arrival));
+        let directives = link.subscribe(&keys::directive(&run), move |sample| {
+            let _ = to_host.send(Event::Directive(sample));
         })?;
         let to_host = events.0.clone();
         let coordinator = link.watch(&keys::live(&run, COORDINATOR, "*"), move |_, alive| {
@@ -174,25 +174,25 @@ impl Host {
                 let _ = to_host.send(Event::Abandoned);
             }
         })?;
-        let mut declared = vec![directives, coordinator];
+        let mut declarations = vec![directives, coordinator];
         for port in &participant.ports().reads {
             let to_host = events.0.clone();
-            declared.push(link.subscribe(&keys::field(&run, "*", &port.field), move |arrival| {
-                let _ = to_host.send(Event::Field(arrival));
+            declarations.push(link.subscribe(&keys::field(&run, "*", &port.field), move |sample| {
+                let _ = to_host.send(Event::Field(sample));
             })?);
         }
-        declared.extend([
-            link.answer(&keys::field(&run, &node, "*"), move || {
+        declarations.extend([
+            link.queryable(&keys::field(&run, &node, "*"), move || {
                 // Encoded only when somebody asks; the lock is held for the copies of references alone.
                 let latest = asked.lock().unwrap_or_else(PoisonError::into_inner).clone();
-                let whole = latest.into_values().map(|(envelope, field)| Arrival {
+                let whole = latest.into_values().map(|(envelope, field)| Sample {
                     key: keys::field(&envelope.run, &envelope.sender, field.name()),
                     attachment: codec::field_attachment(&envelope, &field, None).into(),
                     payload: field.values().bytes().clone(),
                 });
                 whole.collect()
             })?,
-            link.answer(&keys::manifest(&run, &node), move || vec![manifest.clone()])?,
+            link.queryable(&keys::manifest(&run, &node), move || vec![manifest.clone()])?,
             link.announce(&keys::live(&run, &node, &instance))?,
         ]);
         Ok(Self {
@@ -200,11 +200,11 @@ impl Host {
             participant,
             events,
             link: link.clone(),
-            outlets,
+            publishers,
             report,
             snapshot,
-            _declared: declared,
-            inbox: Inbox::default(),
+            _declared: declarations,
+            frozen_fields: FrozenFields::default(),
             read: BTreeSet::new(),
             epoch: None,
             early: Vec::new(),
@@ -238,9 +238,9 @@ impl Host {
             let Ok(event) = self.events.1.recv() else { return Ok(NodeEnd::Abandoned) };
             match event {
                 Event::Abandoned => return Ok(NodeEnd::Abandoned),
-                Event::Field(arrival) => self.receive_field(arrival),
-                Event::Directive(arrival) => {
-                    if let Some(end) = self.receive_directive(&arrival)? {
+                Event::Field(sample) => self.receive_field(sample),
+                Event::Directive(sample) => {
+                    if let Some(end) = self.receive_directive(&sample)? {
                         return Ok(end);
                     }
                 }
@@ -265,14 +265,14 @@ impl Host {
         fits
     }
 
-    fn receive_field(&mut self, arrival: Arrival) {
-        let Ok(received) = codec::decode_field(&arrival.attachment, arrival.payload.clone()) else {
+    fn receive_field(&mut self, sample: Sample) {
+        let Ok(received) = codec::decode_field(&sample.attachment, sample.payload.clone()) else {
             self.refused += 1;
             return;
         };
         if self.epoch.is_none_or(|epoch| received.envelope.epoch > epoch) {
             if self.early.len() < EARLY_FIELDS {
-                self.early.push(arrival);
+                self.early.push(sample);
             }
             return;
         }
@@ -280,7 +280,7 @@ impl Host {
             return;
         }
         let version = received.envelope.version.unwrap_or_default();
-        if !self.may_be_read(version) || !self.inbox.receive(received) {
+        if !self.may_be_read(version) || !self.frozen_fields.receive(received) {
             self.refused += 1;
         }
     }
@@ -305,8 +305,8 @@ impl Host {
         }
     }
 
-    fn receive_directive(&mut self, arrival: &Arrival) -> Result<Option<NodeEnd>, HostError> {
-        let Ok(directive) = codec::decode::<Directive>("directive", &arrival.payload) else {
+    fn receive_directive(&mut self, sample: &Sample) -> Result<Option<NodeEnd>, HostError> {
+        let Ok(directive) = codec::decode::<Directive>("directive", &sample.payload) else {
             self.refused += 1;
             return Ok(None);
         };
@@ -348,7 +348,7 @@ impl Host {
                 }
             }
             Some(directive::Task::Stop(Stop { completed, reason })) => {
-                self.take_leave()?;
+                self.report_final_fields()?;
                 return Ok(Some(NodeEnd::Stopped { completed, reason }));
             }
             None => self.refused += 1,
@@ -360,7 +360,7 @@ impl Host {
     fn conclude(&mut self, decision: &Decision, envelope: &Envelope) -> Result<(), HostError> {
         let version = decision.version.unwrap_or_default();
         if decision.verdict() == Verdict::Reject {
-            self.inbox.rejected(version);
+            self.frozen_fields.rejected(version);
         }
         if decision.verdict() != Verdict::Accept || version <= self.accepted {
             return Ok(());
@@ -372,12 +372,12 @@ impl Host {
                 return self.cannot_commit(envelope, error.to_string());
             }
             self.committed = (version, fields);
-            self.inbox.commit();
+            self.frozen_fields.commit();
         } else if self.rested != Some(version) {
             return self.cannot_commit(envelope, format!("asked to commit {version}, which it has not solved"));
         }
         self.accepted = version;
-        self.inbox.accepted(version);
+        self.frozen_fields.accepted(version);
         Ok(())
     }
 
@@ -396,7 +396,7 @@ impl Host {
             version: Some(self.accepted),
             ..Envelope::default()
         };
-        match stagger_coupling::snapshot(self.participant.as_ref(), &self.inbox, &self.committed, about) {
+        match stagger_coupling::snapshot(self.participant.as_ref(), &self.frozen_fields, &self.committed, about) {
             Ok(snapshot) => Ok(self.snapshot.put(None, snapshot.encode_to_vec().into())?),
             Err(error) => self.cannot_commit(envelope, error.to_string()),
         }
@@ -417,7 +417,7 @@ impl Host {
                 return Err(HostError::Start { node, message });
             };
             self.participant.set_sources(&mine.sources);
-            self.inbox = Inbox::new(mine.sources);
+            self.frozen_fields = FrozenFields::new(mine.sources);
             let begun = if from == Version::INITIAL { self.initial() } else { self.restore() };
             if let Err(message) = begun {
                 self.fail(&Envelope { version: Some(from), ..Envelope::default() }, message.clone(), false)?;
@@ -426,8 +426,8 @@ impl Host {
             self.accepted = from;
             (self.ready.0, self.ready.2) = (from, true);
             (self.pending, self.answered, self.before, self.rested) = (None, None, None, None);
-            for arrival in std::mem::take(&mut self.early) {
-                self.receive_field(arrival);
+            for sample in std::mem::take(&mut self.early) {
+                self.receive_field(sample);
             }
         }
         // The coordinator asks again until all are ready, so that a reader that came late gets the values too.
@@ -447,10 +447,10 @@ impl Host {
     /// Goes on from what the coordinator kept of this node.
     fn restore(&mut self) -> Result<(), String> {
         let key = keys::restore(&self.identity.run, &self.identity.node);
-        let answers = self.link.ask(&key, RESTORE).map_err(|error| error.to_string())?;
+        let answers = self.link.query(&key, RESTORE).map_err(|error| error.to_string())?;
         let answer = answers.first().ok_or("the coordinator has no state for it to go on from")?;
         let snapshot = codec::decode::<Snapshot>("snapshot", &answer.payload).map_err(|error| error.to_string())?;
-        let restored = stagger_coupling::restore(self.participant.as_mut(), &mut self.inbox, snapshot);
+        let restored = stagger_coupling::restore(self.participant.as_mut(), &mut self.frozen_fields, snapshot);
         self.committed = restored.map_err(|error| error.to_string())?;
         self.ready.1 = Ready::default();
         Ok(())
@@ -458,7 +458,7 @@ impl Host {
 
     /// Reports Ready once a value to start from has come of every field read; again whenever the plan is sent again.
     fn try_ready(&mut self) -> Result<(), HostError> {
-        if !self.ready.2 || !self.inbox.begin() {
+        if !self.ready.2 || !self.frozen_fields.begin() {
             return Ok(());
         }
         self.ready.2 = false;
@@ -469,7 +469,7 @@ impl Host {
     fn try_solve(&mut self) -> Result<(), HostError> {
         let Some((envelope, iterate, asked)) = &self.pending else { return Ok(()) };
         let version = envelope.version.unwrap_or_default();
-        let frozen = match self.inbox.freeze(version, iterate) {
+        let frozen = match self.frozen_fields.freeze(version, iterate) {
             Ok(Some(frozen)) => frozen,
             Ok(None) => return Ok(()),
             Err(error) => {
@@ -530,9 +530,9 @@ impl Host {
             latest.lock().unwrap_or_else(PoisonError::into_inner).insert(name.clone(), (header, field.clone()));
         };
         for (name, field) in fields {
-            let Some(outlet) = self.outlets.get(name) else { continue };
+            let Some(publisher) = self.publishers.get(name) else { continue };
             // What no node reads is for a recorder or a viewer, and stays here where there is none.
-            if !whole && !self.read.contains(name) && !outlet.has_reader()? {
+            if !whole && !self.read.contains(name) && !publisher.has_reader()? {
                 self.sent.remove(name);
                 let header = Self::stamp(&self.identity, self.epoch, &mut 0, envelope);
                 remember(name, header, field);
@@ -546,7 +546,7 @@ impl Host {
             let payload = if known.is_some() { Bytes::new() } else { field.values().bytes().clone() };
             count += 1;
             bytes += payload.len() as u64;
-            outlet.put_field(codec::field_attachment(&header, field, known), payload, whole)?;
+            publisher.put_field(codec::field_attachment(&header, field, known), payload, whole)?;
             remember(name, header, field);
             self.sent.insert(name.clone(), (version, field.clone()));
         }
@@ -557,11 +557,11 @@ impl Host {
         self.tell(envelope, report::Body::Failure(Failure { message, retry }))
     }
 
-    fn take_leave(&mut self) -> Result<(), HostError> {
+    fn report_final_fields(&mut self) -> Result<(), HostError> {
         let (version, fields) = &self.committed;
         let fields = fields.values().map(summary::of_field).collect();
         let envelope = Envelope { version: Some(*version), ..Envelope::default() };
-        self.tell(&envelope, report::Body::Farewell(Farewell { fields }))
+        self.tell(&envelope, report::Body::FinalReport(FinalReport { fields }))
     }
 
     fn tell(&mut self, envelope: &Envelope, body: report::Body) -> Result<(), HostError> {

@@ -6,7 +6,7 @@ use std::{
     sync::Arc,
 };
 
-use stagger_coupling::{Answer, Frozen, Participant, Precedent, SolveError, Window};
+use stagger_coupling::{Answer, Frozen, Participant, RecordedSchedule, SolveError, Window};
 use stagger_messages::{Directive, Fields, Ports, Ready, Source, Version};
 use stagger_recordings::{Body, End, Recording, RecordingError, Replies, Reply};
 use stagger_scene::Scene;
@@ -44,7 +44,7 @@ pub enum ReplayedError {
         "--replayed: {} and {} took other steps or iterations: give one recording for all nodes",
         .0.display(), .1.display()
     )]
-    Courses(PathBuf, PathBuf),
+    Schedules(PathBuf, PathBuf),
 }
 
 impl ReplayedError {
@@ -58,20 +58,20 @@ impl ReplayedError {
 pub struct Replays {
     /// Recording by node.
     pub files: BTreeMap<String, PathBuf>,
-    /// The course all of them were recorded on; `None` where there are none.
-    pub precedent: Option<Arc<Precedent>>,
+    /// The schedule all of them were recorded on; `None` where there are none.
+    pub schedule: Option<Arc<RecordedSchedule>>,
 }
 
 impl Replays {
-    /// Reads the course of the recordings, and finds out whether they have these nodes.
+    /// Reads the schedule of the recordings, and finds out whether they have these nodes.
     ///
     /// # Errors
-    /// A recording cannot be read, lacks the node, or took another course than the others.
+    /// A recording cannot be read, lacks the node, or took another schedule than the others.
     pub fn new(files: BTreeMap<String, PathBuf>, scene: &Scene) -> Result<Self, ReplayedError> {
-        let mut courses: Vec<(PathBuf, Precedent)> = Vec::new();
+        let mut schedules: Vec<(PathBuf, RecordedSchedule)> = Vec::new();
         for (node, file) in &files {
             let replayed = Replayed::open(file, node)?;
-            if courses.iter().any(|(other, _)| other == file) {
+            if schedules.iter().any(|(other, _)| other == file) {
                 continue;
             }
             if replayed.recording.info.scene_hash != scene.hash {
@@ -81,26 +81,26 @@ impl Replays {
                 ));
             }
             let failed = |source| ReplayedError::recording(node, file, source);
-            let course = course(&replayed.recording).map_err(failed)?;
-            if let Some((other, _)) = courses.first().filter(|(_, known)| *known != course) {
-                return Err(ReplayedError::Courses(other.clone(), file.clone()));
+            let schedule = schedule(&replayed.recording).map_err(failed)?;
+            if let Some((other, _)) = schedules.first().filter(|(_, known)| *known != schedule) {
+                return Err(ReplayedError::Schedules(other.clone(), file.clone()));
             }
-            courses.push((file.clone(), course));
+            schedules.push((file.clone(), schedule));
         }
-        let precedent = courses.into_iter().next().map(|(_, course)| Arc::new(course));
-        Ok(Self { files, precedent })
+        let schedule = schedules.into_iter().next().map(|(_, schedule)| Arc::new(schedule));
+        Ok(Self { files, schedule })
     }
 }
 
-/// The course a recorded run took, up to where it can be read.
-fn course(recording: &Recording) -> Result<Precedent, RecordingError> {
-    let mut course = Precedent::default();
+/// The schedule a recorded run took, up to where it can be read.
+fn schedule(recording: &Recording) -> Result<RecordedSchedule, RecordingError> {
+    let mut schedule = RecordedSchedule::default();
     for message in recording.control_messages()?.map_while(Result::ok) {
         if let Body::Directive(Directive { decision: Some(decision), .. }) = message.body {
-            course.take(&decision);
+            schedule.take(&decision);
         }
     }
-    Ok(course)
+    Ok(schedule)
 }
 
 /// A node as it was recorded. It computes nothing, and does not look at what it is given.

@@ -13,7 +13,7 @@ use std::{
 use stagger_coupling::Participant;
 
 use crate::{
-    coordinator::Keeper,
+    coordinator::Supervisor,
     link::{Link, LinkError},
     node::host::{Event, Host, HostError, Identity, NodeEnd},
 };
@@ -59,7 +59,7 @@ impl Threads {
 impl Drop for Threads {
     fn drop(&mut self) {
         for (thread, sender) in self.threads.values_mut() {
-            // A host that has ended hears nothing, and its result was its Farewell.
+            // A host that has ended hears nothing, and its result was its FinalReport.
             let _ = sender.send(Event::Abandoned);
             if let Some(thread) = thread.take() {
                 let _ = thread.join();
@@ -68,8 +68,8 @@ impl Drop for Threads {
     }
 }
 
-impl Keeper for Threads {
-    fn last_words(&mut self, node: &str) -> String {
+impl Supervisor for Threads {
+    fn why_it_ended(&mut self, node: &str) -> String {
         let thread = self.threads.get_mut(node).and_then(|(thread, _)| thread.take());
         match thread.map(JoinHandle::join) {
             Some(Ok(Err(error))) => error.to_string(),

@@ -10,25 +10,24 @@ pub mod summary;
 pub mod view;
 
 use std::{
-    collections::{BTreeMap, BTreeSet},
+    collections::BTreeMap,
     path::{Path, PathBuf},
     sync::{
-        Arc, Mutex,
+        Arc, Mutex, PoisonError,
         atomic::{AtomicBool, Ordering},
     },
     time::{Duration, SystemTime, UNIX_EPOCH},
 };
 
-use stagger_coupling::{COORDINATOR, End, Ensemble as _, Participant, Precedent};
+use stagger_coupling::{COORDINATOR, End, Participant};
 use stagger_messages::{Checkpoint, keys};
 use stagger_recordings::{RecordingError, RunInfo};
 use stagger_scene::Scene;
 
 use crate::{
     coordinator::{
-        self, Keeper, Remote, RunError,
-        monitor::Monitor,
-        supervision::{self, Restart},
+        Conditions, Coordinator, RunError, Supervisor,
+        sinks::{Sink, Sinks},
     },
     diagnostics,
     launch::{
@@ -36,14 +35,14 @@ use crate::{
         roster::{RosterError, Runs, participant, roster},
     },
     link::{
-        Arrival, Link, LinkError, Role,
+        Link, LinkError, Role, Sample,
         endpoint::{Endpoint, EndpointError},
     },
     node::recorded::{Replayed, ReplayedError, Replays},
     run::{
         in_process::Threads,
         outputs::OutputError,
-        records::{Records, Target},
+        records::{Recording, Target},
         summary::{FinalField, Summary},
     },
 };
@@ -168,124 +167,128 @@ fn go(
     let own_name = matches!(role, Role::Node { .. }).then_some(COORDINATOR);
     let link = Link::open_as(&role, options.config.as_deref(), own_name)?;
     endpoint.listened();
-    if matches!(role, Role::Node { .. }) && !link.ask(&keys::manifest(&run, "coordinator"), TAKEN)?.is_empty() {
+    // It is there until the run is over, whoever else holds it.
+    let endpoint = Arc::new(Mutex::new(endpoint));
+    if matches!(role, Role::Node { .. }) && !link.query(&keys::manifest(&run, "coordinator"), TAKEN)?.is_empty() {
         return Err(Failed::Taken(run));
     }
     let info = run_info(&run, scene, &options);
-    let mut records = Records::start(&link, &info, scene, options.record.as_ref(), options.view.as_ref(), interrupted)?;
-    let asked = Arrival {
-        key: keys::manifest(&run, "coordinator"),
+    let mut recording = match &options.record {
+        Some(target) => Some(Recording::start(target, &info, scene, interrupted)?),
+        None => None,
+    };
+    let mut viewer = match &options.view {
+        Some(bridge) => Some(view::Stream::start(bridge, &info, &[], false)?),
+        None => None,
+    };
+    let file = recording.as_mut().map(|recording| recording as &mut dyn Sink);
+    let shown = viewer.as_mut().map(|viewer| viewer as &mut dyn Sink);
+    let sinks = Sinks::attach(&link, &run, file.into_iter().chain(shown).collect())?;
+    let about = Sample {
+        key: keys::manifest(&run, COORDINATOR),
         attachment: bytes::Bytes::new(),
         payload: serde_json::to_vec(&info).map_err(std::io::Error::from).map_err(io("cannot describe the run"))?.into(),
     };
-    let _about = link.answer(&asked.key.clone(), move || vec![asked.clone()])?;
-    let names: BTreeSet<String> = nodes.keys().cloned().collect();
-    let handed_over = if options.hand_over && !options.in_process { endpoint.hand_over(scene)? } else { None };
-    let common = Common {
+    let _about = link.queryable(&about.key.clone(), move || vec![about.clone()])?;
+    let by_hand = options.by_hand.is_some();
+    let conditions = Conditions {
         run: run.clone(),
-        connect: endpoint.name.clone(),
+        nodes: nodes.keys().cloned().collect(),
+        patience: if by_hand { PATIENCE_BY_HAND } else { Duration::from_secs_f64(scene.recovery.start_s) },
+        resume: options.resume.clone(),
+        schedule: options.replays.schedule.clone(),
+        interrupted: Arc::clone(interrupted),
+    };
+    let mut supervisor = start_nodes(scene, &options, &run, &nodes, &link, &role, &endpoint, interrupted)?;
+    let ended = Coordinator::new(scene, link.clone(), supervisor.as_mut(), sinks, conditions)?.run();
+    *recorded_in = recording.as_ref().and_then(Recording::path).cloned();
+    // All has been heard: the file is whole before anything that may take its time.
+    if let Some(viewer) = viewer {
+        viewer.finish_or_warn();
+    }
+    let recording = recording.map_or(Ok(None), |recording| recording.finish(ended.waited));
+    drop(supervisor);
+    let closed = link.close();
+    let end = ended.result.map_err(|error| match error {
+        RunError::Output(error) => Failed::Output(error),
+        error => Failed::Run(error),
+    })?;
+    if let Err(error) = closed {
+        // A reader that takes nothing, such as a stopped viewer: the run is complete without it.
+        diagnostics::warn(&format!("{error}: a reader of the run does not answer; nothing of the run is missing"));
+    }
+    let monitor = ended.monitor;
+    Ok(Summary {
+        format: summary::FORMAT,
+        run,
+        title: scene.title.clone(),
+        completed: end == End::Completed,
+        wall_s: ended.wall_s,
+        exchanges: monitor.nodes.values().map(|work| work.exchanges).sum(),
+        bytes: monitor.nodes.values().map(|work| work.bytes).sum(),
+        refused: ended.refused + monitor.nodes.values().map(|work| work.refused).sum::<u64>(),
+        imbalance: monitor.ledger.imbalances(),
+        on_the_way: monitor.ledger.on_the_way(),
+        ledger: monitor.ledger.nodes().clone(),
+        steps: monitor.steps,
+        nodes: monitor.nodes,
+        hash: summary::hash(&ended.fields),
+        fields: ended.fields.iter().map(FinalField::from).collect(),
+        missing: ended.missing,
+        restarts: ended.restarts,
+        recording: recording?,
+    })
+}
+
+/// Starts the nodes, or what there is of them: those that somebody starts by hand come by themselves.
+fn start_nodes(
+    scene: &Scene,
+    options: &Options,
+    run: &str,
+    nodes: &BTreeMap<String, Runs>,
+    link: &Link,
+    role: &Role,
+    endpoint: &Arc<Mutex<Endpoint>>,
+    interrupted: &Arc<AtomicBool>,
+) -> Result<Box<dyn Supervisor>, Failed> {
+    let mut participants: BTreeMap<String, Box<dyn Participant>> = BTreeMap::new();
+    if options.in_process {
+        for (node, runs) in nodes {
+            let participant = match runs {
+                Runs::Physics(kind) => participant(scene, node, kind)?,
+                Runs::Recorded(file) => Box::new(Replayed::open(file, node)?),
+                Runs::Command(_) => return Err(RosterError::Kind(format!("{node} (a command, in one process)")).into()),
+            };
+            participants.insert(node.clone(), participant);
+        }
+        return Ok(Box::new(Threads::start(link, run, scene.hash, participants, Arc::clone(interrupted))?));
+    }
+    if options.by_hand.is_some() {
+        // Those of recordings need no process of their own.
+        for (node, file) in &options.replays.files {
+            participants.insert(node.clone(), Box::new(Replayed::open(file, node)?));
+        }
+        let awaited: Vec<_> =
+            nodes.keys().filter(|name| !participants.contains_key(*name)).map(String::as_str).collect();
+        diagnostics::note(&format!("run {run} waits on {} for {}", role.endpoints(), awaited.join(", ")));
+        let recorded = Threads::start(link, run, scene.hash, participants, Arc::clone(interrupted))?;
+        return Ok(Box::new(ByHand { interrupted: Arc::clone(interrupted), recorded }));
+    }
+    let (connect, handed_over) = {
+        let mut endpoint = endpoint.lock().unwrap_or_else(PoisonError::into_inner);
+        (endpoint.name.clone(), if options.hand_over { endpoint.hand_over(scene)? } else { None })
+    };
+    let common = Common {
+        run: run.to_owned(),
+        connect,
         scene: handed_over.as_ref().map_or(&options.scene, |handed| &handed.scene).clone(),
         overrides: options.overrides.clone(),
         files: handed_over.and_then(|handed| handed.files).or(options.files.clone()),
         scene_hash: scene.hash,
         threads: options.threads,
     };
-    let endpoint = Arc::new(Mutex::new(endpoint));
-    let mut keeper: Box<dyn Keeper> = if options.in_process {
-        let mut participants = BTreeMap::new();
-        for (node, runs) in &nodes {
-            match runs {
-                Runs::Physics(kind) => participants.insert(node.clone(), participant(scene, node, kind)?),
-                Runs::Recorded(file) => participants.insert(node.clone(), Box::new(Replayed::open(file, node)?)),
-                Runs::Command(_) => return Err(RosterError::Kind(format!("{node} (a command, in one process)")).into()),
-            };
-        }
-        Box::new(Threads::start(&link, &run, scene.hash, participants, Arc::clone(interrupted))?)
-    } else if options.by_hand.is_some() {
-        // Those of recordings need no process of their own.
-        let mut participants: BTreeMap<String, Box<dyn Participant>> = BTreeMap::new();
-        for (node, file) in &options.replays.files {
-            participants.insert(node.clone(), Box::new(Replayed::open(file, node)?));
-        }
-        let awaited = names.iter().filter(|name| !participants.contains_key(*name)).cloned().collect();
-        diagnostics::note(&format!("run {run} waits on {} for {}", role.endpoints(), join(&awaited)));
-        let recorded = Threads::start(&link, &run, scene.hash, participants, Arc::clone(interrupted))?;
-        Box::new(ByHand { interrupted: Arc::clone(interrupted), recorded })
-    } else {
-        let launcher = Launcher::start(&nodes, common, Arc::clone(&endpoint), Arc::clone(interrupted));
-        Box::new(launcher.map_err(io("cannot start the nodes"))?)
-    };
-    let by_hand = options.by_hand.is_some();
-    let patience = if by_hand { PATIENCE_BY_HAND } else { Duration::from_secs_f64(scene.recovery.start_s) };
-    let hang = Duration::from_secs_f64(scene.recovery.hang_s);
-    let mut monitor = Monitor::new(scene.duration_s, Arc::clone(interrupted));
-    monitor.rejections = scene.coupling.rejections;
-    monitor.pace = records.pace();
-    let resume = options.resume.clone();
-    let mut remote = Remote::new(link.clone(), &run, names, hang, resume, keeper.as_mut())?;
-    let mut restarts = Vec::new();
-    let precedent = options.replays.precedent.as_ref();
-    let ended = conduct(scene, &mut remote, &mut records, &mut monitor, precedent, patience, &mut restarts);
-    let wall_s = monitor.finish();
-    *recorded_in = records.path();
-    if let Err(error) = &ended {
-        // The nodes may be gone themselves; the error above is the one to tell.
-        let _ = remote.finish(None, false, &error.to_string());
-    }
-    let fields = remote.final_fields();
-    let (refused, missing) = (remote.refused(), remote.without_farewell());
-    drop(remote);
-    // All has been heard: the file is whole before anything that may take its time.
-    let waited = monitor.pace.as_ref().map_or(Duration::ZERO, |pace| pace.waited);
-    let recording = records.finish(waited);
-    drop(keeper);
-    let closed = link.close();
-    let end = ended?;
-    if let Err(error) = closed {
-        // A reader that takes nothing, such as a stopped viewer: the run is complete without it.
-        diagnostics::warn(&format!("{error}: a reader of the run does not answer; nothing of the run is missing"));
-    }
-    Ok(Summary {
-        format: summary::FORMAT,
-        run,
-        title: scene.title.clone(),
-        completed: end == End::Completed,
-        wall_s,
-        exchanges: monitor.nodes.values().map(|work| work.exchanges).sum(),
-        bytes: monitor.nodes.values().map(|work| work.bytes).sum(),
-        refused: refused + monitor.nodes.values().map(|work| work.refused).sum::<u64>(),
-        imbalance: monitor.ledger.imbalances(),
-        on_the_way: monitor.ledger.on_the_way(),
-        ledger: monitor.ledger.nodes().clone(),
-        steps: monitor.steps,
-        nodes: monitor.nodes,
-        hash: summary::hash(&fields),
-        fields: fields.iter().map(FinalField::from).collect(),
-        missing,
-        restarts,
-        recording: recording?,
-    })
-}
-
-fn conduct(
-    scene: &Scene,
-    remote: &mut Remote<'_>,
-    records: &mut Records,
-    monitor: &mut Monitor,
-    precedent: Option<&Arc<Precedent>>,
-    patience: Duration,
-    restarts: &mut Vec<Restart>,
-) -> Result<End, Failed> {
-    let manifests = supervision::gather(scene, remote, patience, restarts)?;
-    records.manifests(&manifests);
-    // Nodes that do not fit together make no run, and leave no recording of none.
-    stagger_coupling::plan(&coordinator::ports(&manifests), &scene.coupling).map_err(RunError::from)?;
-    records.place()?;
-    Ok(supervision::conduct(scene, remote, &manifests, monitor, precedent, patience, restarts)?)
-}
-
-fn join(names: &BTreeSet<String>) -> String {
-    names.iter().map(String::as_str).collect::<Vec<_>>().join(", ")
+    let launcher = Launcher::start(nodes, common, Arc::clone(endpoint), Arc::clone(interrupted));
+    Ok(Box::new(launcher.map_err(io("cannot start the nodes"))?))
 }
 
 /// Nodes started by somebody else, and those of recordings.
@@ -294,10 +297,10 @@ struct ByHand {
     recorded: Threads,
 }
 
-impl Keeper for ByHand {
-    fn last_words(&mut self, node: &str) -> String {
+impl Supervisor for ByHand {
+    fn why_it_ended(&mut self, node: &str) -> String {
         if self.recorded.has(node) {
-            return self.recorded.last_words(node);
+            return self.recorded.why_it_ended(node);
         }
         "it was started by hand: look at its own messages".into()
     }

@@ -17,9 +17,12 @@ use std::{
 use stagger_messages::keys;
 use stagger_recordings::{Exchange, Recorder, RecorderOptions, RecorderSender, RecordingError, RunInfo};
 
-use crate::link::{
-    Arrival, Declared, Link, LinkError, Role,
-    endpoint::{socket, socket_folder},
+use crate::{
+    coordinator::sinks::Sink,
+    link::{
+        Declaration, Link, LinkError, Role, Sample,
+        endpoint::{socket, socket_folder},
+    },
 };
 
 /// How to get the bridge, in one line.
@@ -119,12 +122,6 @@ impl Stream {
         Ok(Self { recorder, child, over, watch, stays: arguments.iter().any(|argument| argument == WEB) })
     }
 
-    /// A handle for handing over messages.
-    #[must_use]
-    pub fn sender(&self) -> RecorderSender {
-        self.recorder.sender()
-    }
-
     /// Whether the bridge has ended.
     ///
     /// # Errors
@@ -158,6 +155,29 @@ impl Stream {
         }
         Ok(status)
     }
+
+    /// As [`Stream::finish`], for a run that is complete whatever becomes of the viewer: a failure is told.
+    pub fn finish_or_warn(self) {
+        match self.finish() {
+            Err(error) => crate::diagnostics::warn(&format!("the run was not shown to its end: {error}")),
+            Ok(status) if !status.success() => {
+                crate::diagnostics::warn(&format!(
+                    "the run was not shown to its end: stagger-view ended with {status}"
+                ));
+            }
+            Ok(_) => {}
+        }
+    }
+}
+
+impl Sink for Stream {
+    fn sender(&self) -> RecorderSender {
+        self.recorder.sender()
+    }
+
+    fn is_waited_for(&self) -> bool {
+        false
+    }
 }
 
 /// The pipe to a bridge, and since when the bridge is waited for.
@@ -186,7 +206,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 /// What is heard of a run while its past is asked for, and after that the way on to the bridge.
 enum Heard {
-    Early(Vec<Arrival>),
+    Early(Vec<Sample>),
     On,
 }
 
@@ -200,9 +220,9 @@ pub fn follow(
     run: &str,
     sender: RecorderSender,
     closed: impl Fn() + Send + Sync + 'static,
-) -> Result<Declared, LinkError> {
-    let push = move |arrival: Arrival| {
-        let exchange = Exchange::from_parts(keys::topic(&arrival.key), arrival.attachment, arrival.payload);
+) -> Result<Declaration, LinkError> {
+    let push = move |sample: Sample| {
+        let exchange = Exchange::from_parts(keys::topic(&sample.key), sample.attachment, sample.payload);
         if exchange.is_some_and(|exchange| sender.push(exchange).is_err()) {
             closed();
         }
@@ -211,16 +231,16 @@ pub fn follow(
     // Heard before asked: nothing falls in between.
     let heard = Arc::new(Mutex::new(Heard::Early(Vec::new())));
     let (pass, gate) = (Arc::clone(&push), Arc::clone(&heard));
-    let everything = link.subscribe(&keys::all(run), move |arrival| match &mut *lock(&gate) {
-        Heard::Early(early) => early.push(arrival),
-        Heard::On => pass(arrival),
+    let everything = link.subscribe(&keys::all(run), move |sample| match &mut *lock(&gate) {
+        Heard::Early(early) => early.push(sample),
+        Heard::On => pass(sample),
     })?;
-    for arrival in link.ask(&keys::field(run, "*", "*"), PATIENCE)? {
-        push(arrival);
+    for sample in link.query(&keys::field(run, "*", "*"), PATIENCE)? {
+        push(sample);
     }
     let mut gate = lock(&heard);
     if let Heard::Early(early) = std::mem::replace(&mut *gate, Heard::On) {
-        early.into_iter().for_each(|arrival| push(arrival));
+        early.into_iter().for_each(|sample| push(sample));
     }
     drop(gate);
     Ok(everything)
@@ -236,7 +256,7 @@ pub fn live(bridge: &Path, run: &str, arguments: &[OsString]) -> Result<ExitStat
         return Err(ViewError::Nothing);
     }
     let link = Link::open(&Role::Node { connect: socket(&folder) }, None)?;
-    let about = link.ask(&keys::manifest(run, "coordinator"), PATIENCE)?;
+    let about = link.query(&keys::manifest(run, "coordinator"), PATIENCE)?;
     let info: RunInfo = serde_json::from_slice(&about.first().ok_or(ViewError::Nothing)?.payload)?;
     let stream = Stream::start(bridge, &info, arguments, true)?;
     let (tell, ended) = channel();

@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, fmt::Write as _};
 
-use stagger_coupling::{Settings, readers};
+use stagger_coupling::{Settings, observers};
 use stagger_messages::{NodePlan, Plan, Port, Ports, Source};
 
 /// How the graph is written.
@@ -73,7 +73,7 @@ impl<'a> Graph<'a> {
 
     fn rate(&self, node: &str) -> Rate {
         let every = self.settings.every.get(node).copied().unwrap_or(1);
-        Rate { looks_on: readers(self.plan).contains(node), every }
+        Rate { looks_on: observers(self.plan).contains(node), every }
     }
 
     /// Fields by writer, reader and whether they are of the same iteration.

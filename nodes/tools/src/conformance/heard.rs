@@ -1,6 +1,6 @@
 //! What the node under test puts, and what is said where it is not what was expected.
 
-use stagger_runtime::link::{Declared, Link, LinkError};
+use stagger_runtime::link::{Declaration, Link, LinkError};
 use std::sync::mpsc::Sender;
 
 use stagger_messages::{
@@ -58,7 +58,7 @@ impl Heard {
 }
 
 /// Hears everything the node puts, in its order.
-pub fn listen(link: &Link, run: &str, node: &str, sender: Sender<Heard>) -> Result<Declared, LinkError> {
+pub fn listen(link: &Link, run: &str, node: &str, sender: Sender<Heard>) -> Result<Declaration, LinkError> {
     let (fields, run_name, node_name) = (format!("field/{node}/"), run.to_owned(), node.to_owned());
     let topics = [keys::report(run, node), keys::snapshot(run, node)].map(|key| keys::topic(&key).to_owned());
     // One subscription, so that fields and reports keep their order.
@@ -94,7 +94,7 @@ pub fn name_of(body: &report::Body) -> String {
         report::Body::Ready(_) => "Ready".into(),
         report::Body::Done(_) => "Done".into(),
         report::Body::Failure(failure) => format!("a Failure ({})", failure.message),
-        report::Body::Farewell(_) => "Farewell".into(),
+        report::Body::FinalReport(_) => "FinalReport".into(),
     }
 }
 

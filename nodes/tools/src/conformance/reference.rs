@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use stagger_coupling::{Inbox, Participant, SolveError, Window};
+use stagger_coupling::{FrozenFields, Participant, SolveError, Window};
 use stagger_messages::{Field, Fields, Iterate, Plan, Source, Verdict, Version};
 use stagger_runtime::launch::roster::RosterError;
 
@@ -35,7 +35,7 @@ pub struct Surroundings {
     pub members: BTreeMap<String, Box<dyn Participant>>,
     /// The newest fields of all nodes; at first the initial ones of these.
     pub newest: Given,
-    inboxes: BTreeMap<String, Inbox>,
+    frozen_fields: BTreeMap<String, FrozenFields>,
 }
 
 impl Reference {
@@ -121,27 +121,29 @@ impl Surroundings {
             let (fields, _) = start.map_err(|source| RosterError::Settings { node: node.clone(), source })?;
             newest.extend(keyed(node, fields));
         }
-        Ok(Self { members, newest, inboxes: BTreeMap::new() })
+        Ok(Self { members, newest, frozen_fields: BTreeMap::new() })
     }
 
     /// Gives every node the initial fields of those it reads.
     fn begin(&mut self, plan: &Plan) -> Result<(), Fault> {
         for part in &plan.nodes {
-            self.inboxes.insert(part.node.clone(), Inbox::new(part.sources.clone()));
+            self.frozen_fields.insert(part.node.clone(), FrozenFields::new(part.sources.clone()));
         }
         for ((writer, _), field) in self.newest.clone() {
             self.deliver(&writer, Version::INITIAL, &field);
         }
-        // The inbox of the node under test is its own, but what it holds is the same.
-        match self.inboxes.iter_mut().find_map(|(node, inbox)| (!inbox.begin()).then_some(node)) {
+        // What the node under test freezes is its own, but what it holds is the same.
+        match self.frozen_fields.iter_mut().find_map(|(node, frozen_fields)| (!frozen_fields.begin()).then_some(node)) {
             None => Ok(()),
             Some(node) => Err(Fault::new(format!("all initial fields that `{node}` reads"), "one is missing")),
         }
     }
 
     fn deliver(&mut self, writer: &str, version: Version, field: &Field) {
-        for inbox in self.inboxes.values_mut().filter(|inbox| inbox.reads(writer, field.name())) {
-            inbox.insert(writer, version, field.clone());
+        for frozen_fields in
+            self.frozen_fields.values_mut().filter(|frozen_fields| frozen_fields.reads(writer, field.name()))
+        {
+            frozen_fields.insert(writer, version, field.clone());
         }
     }
 
@@ -154,11 +156,11 @@ impl Surroundings {
 
     fn solve(&mut self, node: &str, trial: &Trial) -> Result<Fields, Fault> {
         let failed = |found: String| Fault::new(format!("fields that `{node}` can use"), found);
-        let (Some(inbox), Some(member)) = (self.inboxes.get_mut(node), self.members.get_mut(node)) else {
+        let (Some(frozen_fields), Some(member)) = (self.frozen_fields.get_mut(node), self.members.get_mut(node)) else {
             return Err(failed("no such node".into()));
         };
         let iterate = Iterate { committed: Some(trial.committed), ..Iterate::default() };
-        let frozen = inbox.freeze(trial.version, &iterate).map_err(|error| failed(error.to_string()))?;
+        let frozen = frozen_fields.freeze(trial.version, &iterate).map_err(|error| failed(error.to_string()))?;
         let frozen = frozen.ok_or_else(|| failed(format!("one is missing at {}", trial.version)))?;
         let answer = member.solve(trial.version, trial.window, &frozen).map_err(|error| failed(error.to_string()))?;
         Ok(answer.fields)
@@ -169,11 +171,11 @@ impl Surroundings {
             let failed = |error: SolveError| Fault::new(format!("`{name}` to commit {version}"), error.to_string());
             member.commit(version).map_err(failed)?;
         }
-        for (name, inbox) in &mut self.inboxes {
+        for (name, frozen_fields) in &mut self.frozen_fields {
             if self.members.contains_key(name) {
-                inbox.commit();
+                frozen_fields.commit();
             }
-            inbox.accepted(version);
+            frozen_fields.accepted(version);
         }
         Ok(())
     }

@@ -11,12 +11,12 @@ use bytes::Bytes;
 use prost::Message as _;
 use stagger_coupling::Window;
 use stagger_messages::{
-    Decision, Directive, Done, Envelope, Farewell, Field, Fields, Iterate, Manifest, Part, Plan, Ports, SCHEMA_VERSION,
-    Snapshot, Source, Stop, Verdict, Version, codec, directive, keys, report,
+    Decision, Directive, Done, Envelope, Field, Fields, FinalReport, Iterate, Manifest, Part, Plan, Ports,
+    SCHEMA_VERSION, Snapshot, Source, Stop, Verdict, Version, codec, directive, keys, report,
 };
 use stagger_runtime::{
-    launch::{self, Common, stderr_tail::LastWords},
-    link::{Arrival, Declared, Link, Outlet, Role, endpoint::Endpoint},
+    launch::{self, Common, stderr_tail::StderrTail},
+    link::{Declaration, Link, Publisher, Role, Sample, endpoint::Endpoint},
 };
 
 use super::{
@@ -79,12 +79,12 @@ pub struct Session {
     /// What the node published in this epoch, references resolved.
     values: BTreeMap<(String, Version), Field>,
     child: Child,
-    words: LastWords,
+    words: StderrTail,
     patience: Duration,
-    directives: Outlet,
-    outlets: BTreeMap<(String, String), Outlet>,
-    token: Option<Declared>,
-    declared: Vec<Declared>,
+    directives: Publisher,
+    publishers: BTreeMap<(String, String), Publisher>,
+    token: Option<Declaration>,
+    declarations: Vec<Declaration>,
     link: Link,
     _endpoint: Endpoint,
 }
@@ -101,8 +101,8 @@ impl Session {
         let link = Link::open(&Role::Hub { listen: vec![endpoint.name.clone()] }, None)?;
         let (sender, events) = std::sync::mpsc::channel();
         let (tokens, token_keys) = std::sync::mpsc::channel();
-        let mut declared = vec![listen(&link, &run, &node, sender)?];
-        declared.push(link.watch(&keys::live(&run, &node, "*"), move |key, alive| {
+        let mut declarations = vec![listen(&link, &run, &node, sender)?];
+        declarations.push(link.watch(&keys::live(&run, &node, "*"), move |key, alive| {
             if alive {
                 // Nobody waits any more for a token that comes late.
                 let _ = tokens.send(key);
@@ -126,7 +126,7 @@ impl Session {
         };
         let mut command = launch::command(&node, &bench.runs, &common).map_err(|error| failed(&error))?;
         let mut child = command.spawn().map_err(|error| failed(&format!("{}: {error}", launch::shown(&command))))?;
-        let words = LastWords::follow(&mut child, LAST_LINES, |_| {});
+        let words = StderrTail::follow(&mut child, LAST_LINES, |_| {});
         let mut session = Self {
             manifest: Manifest::default(),
             log: Vec::new(),
@@ -142,9 +142,9 @@ impl Session {
             words,
             patience: bench.patience,
             directives,
-            outlets: BTreeMap::new(),
+            publishers: BTreeMap::new(),
             token: Some(token),
-            declared,
+            declarations,
             link,
             _endpoint: endpoint,
         };
@@ -168,7 +168,7 @@ impl Session {
             }
         };
         let meta = keys::manifest(&self.run, &self.node);
-        let answers = self.link.ask(&meta, self.patience)?;
+        let answers = self.link.query(&meta, self.patience)?;
         let expected = format!("a Manifest in answer to a query on {meta}, as soon as the token is there");
         let Some(answer) = answers.first() else { return Err(Fault::new(expected, "no answer")) };
         let manifest: Manifest = codec::decode("manifest", &answer.payload)
@@ -232,12 +232,12 @@ impl Session {
     /// Publishes on a field's key whatever it may be.
     pub fn put_raw(&mut self, writer: &str, field: &str, attachment: Vec<u8>, payload: Bytes) -> Result<(), Fault> {
         let key = (writer.to_owned(), field.to_owned());
-        if !self.outlets.contains_key(&key) {
-            let outlet = self.link.publisher(keys::field(&self.run, writer, field))?;
-            self.outlets.insert(key.clone(), outlet);
+        if !self.publishers.contains_key(&key) {
+            let publisher = self.link.publisher(keys::field(&self.run, writer, field))?;
+            self.publishers.insert(key.clone(), publisher);
         }
-        match self.outlets.get(&key) {
-            Some(outlet) => Ok(outlet.put(Some(attachment), payload)?),
+        match self.publishers.get(&key) {
+            Some(publisher) => Ok(publisher.put(Some(attachment), payload)?),
             None => Ok(()),
         }
     }
@@ -365,8 +365,8 @@ impl Session {
     /// Answers the node's query for the snapshot it is to go on from.
     pub fn offer(&mut self, snapshot: &Snapshot) -> Result<(), Fault> {
         let key = keys::restore(&self.run, &self.node);
-        let reply = Arrival { key: key.clone(), attachment: Bytes::new(), payload: snapshot.encode_to_vec().into() };
-        self.declared.push(self.link.answer(&key, move || vec![reply.clone()])?);
+        let reply = Sample { key: key.clone(), attachment: Bytes::new(), payload: snapshot.encode_to_vec().into() };
+        self.declarations.push(self.link.queryable(&key, move || vec![reply.clone()])?);
         Ok(())
     }
 
@@ -490,13 +490,13 @@ impl Session {
     }
 
     /// Says that the run is over and waits for the node's last word.
-    pub fn stop(&mut self) -> Result<Farewell, Fault> {
+    pub fn stop(&mut self) -> Result<FinalReport, Fault> {
         let from = self.log.len();
         let about = Envelope { version: Some(Version::INITIAL), ..Envelope::default() };
         let stop = Stop { completed: true, reason: "the rule has been checked".into() };
         self.direct(about, directive::Task::Stop(stop), false)?;
-        self.wait(from, "a Farewell in answer to Stop", |heard, _| match heard {
-            Heard::Report(_, report::Body::Farewell(farewell)) => Some(farewell.clone()),
+        self.wait(from, "a FinalReport in answer to Stop", |heard, _| match heard {
+            Heard::Report(_, report::Body::FinalReport(last)) => Some(last.clone()),
             _ => None,
         })
     }
@@ -521,7 +521,7 @@ impl Session {
     /// Takes the coordinator's token away and closes the hub, as the end of its process does.
     pub fn close_hub(&mut self) -> Result<(), Fault> {
         self.token = None;
-        self.declared.clear();
+        self.declarations.clear();
         Ok(self.link.close()?)
     }
 

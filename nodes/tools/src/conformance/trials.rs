@@ -115,12 +115,12 @@ fn reject(bench: &Bench, reference: &Reference) -> Result<Kept, Fault> {
     Ok(Kept::Yes)
 }
 
-/// Refuses a farewell that does not summarise these fields.
+/// Refuses a final report that does not summarise these fields.
 fn summarises(session: &mut Session, fields: &Fields) -> Result<(), Fault> {
-    let farewell = session.stop()?;
+    let final_report = session.stop()?;
     for field in fields.values() {
         let expected = stagger_runtime::run::summary::of_field(field);
-        let found = farewell.fields.iter().find(|summary| summary.field == expected.field);
+        let found = final_report.fields.iter().find(|summary| summary.field == expected.field);
         // A mean may be summed in another order.
         let same = found.is_some_and(|found| {
             (found.mean - expected.mean).abs() <= 1e-9 * expected.max.abs().max(expected.min.abs())

@@ -162,7 +162,7 @@ impl Gathered {
                 node.wait_s += done.wait_s;
             }
             Some(report::Body::Failure(_)) => node.failures += 1,
-            Some(report::Body::Ready(_) | report::Body::Farewell(_)) | None => {}
+            Some(report::Body::Ready(_) | report::Body::FinalReport(_)) | None => {}
         }
     }
 

@@ -5,7 +5,7 @@ mod plugged;
 use std::collections::{BTreeMap, BTreeSet};
 
 use stagger_config::Problems;
-use stagger_coupling::{Inbox, Participant, SolveError, Window, resting, restore, same, window_of};
+use stagger_coupling::{FrozenFields, Participant, SolveError, Window, resting, restore, same, window_of};
 use stagger_messages::{
     Checkpoint, Decision, Directive, Envelope, Field, Iterate, MessageError, Plan, Snapshot, Verdict, Version,
     codec::{self, Received},
@@ -194,11 +194,11 @@ enum Solver {
 struct Replay {
     solvers: BTreeMap<String, Solver>,
     /// What each of them reads, as recorded.
-    inboxes: BTreeMap<String, Inbox>,
+    frozen_fields: BTreeMap<String, FrozenFields>,
     /// Fields recorded before the first trial.
     early: Vec<(String, Version, Field)>,
     /// Everything recorded of the step under way.
-    recorded: Inbox,
+    recorded: FrozenFields,
     plan: Plan,
     /// The first checkpoint in the file: where the run went on from one, that is it.
     from: Option<Checkpoint>,
@@ -279,9 +279,11 @@ impl Replay {
     }
 
     fn deliver(&mut self, sender: &str, version: Version, field: &Field) -> Result<(), VerifyError> {
-        for (node, inbox) in self.inboxes.iter_mut().filter(|(_, inbox)| inbox.reads(sender, field.name())) {
+        for (node, frozen_fields) in
+            self.frozen_fields.iter_mut().filter(|(_, frozen_fields)| frozen_fields.reads(sender, field.name()))
+        {
             let Some(solver) = self.solvers.get_mut(node) else { continue };
-            inbox.insert(sender, version, field.clone());
+            frozen_fields.insert(sender, version, field.clone());
             if let Solver::Plugged(plugged) = solver {
                 plugged.give(sender, version, field).map_err(at(node, version.to_string()))?;
             }
@@ -323,9 +325,9 @@ impl Replay {
         let from = self.plan.from.unwrap_or(Version::INITIAL);
         self.committed = from;
         let nodes = self.plan.nodes.iter();
-        self.inboxes = nodes.map(|plan| (plan.node.clone(), Inbox::new(plan.sources.clone()))).collect();
-        if let Some(node) = self.solvers.keys().find(|node| !self.inboxes.contains_key(*node)) {
-            return Err(no_node(node, self.inboxes.keys()));
+        self.frozen_fields = nodes.map(|plan| (plan.node.clone(), FrozenFields::new(plan.sources.clone()))).collect();
+        if let Some(node) = self.solvers.keys().find(|node| !self.frozen_fields.contains_key(*node)) {
+            return Err(no_node(node, self.frozen_fields.keys()));
         }
         self.leave_out_replaced();
         let checkpoint = self.from.take().filter(|_| from != Version::INITIAL).unwrap_or_default();
@@ -344,19 +346,19 @@ impl Replay {
         let mut starts = Vec::new();
         for plan in &self.plan.nodes {
             let node = &plan.node;
-            let Some(inbox) = self.inboxes.get_mut(node) else { continue };
+            let Some(frozen_fields) = self.frozen_fields.get_mut(node) else { continue };
             let snapshot = snapshot(node);
             let (version, fields) = match (self.solvers.get_mut(node), snapshot) {
                 (Some(Solver::Here(participant)), snapshot) => {
                     participant.set_sources(&plan.sources);
                     match snapshot {
-                        Some(snapshot) => restore(participant.as_mut(), inbox, snapshot.clone())?,
+                        Some(snapshot) => restore(participant.as_mut(), frozen_fields, snapshot.clone())?,
                         None => (Version::INITIAL, participant.initial()?.0),
                     }
                 }
                 (Some(Solver::Plugged(plugged)), snapshot) => {
                     for message in snapshot.into_iter().flat_map(|snapshot| snapshot.frozen.clone()) {
-                        inbox.receive(codec::field_of(message)?);
+                        frozen_fields.receive(codec::field_of(message)?);
                     }
                     let version = snapshot.and_then(|snapshot| snapshot.committed).unwrap_or_default();
                     (version, plugged.ready(from, version).map_err(at(node, from.to_string()))?)
@@ -366,7 +368,7 @@ impl Replay {
             for field in fields.into_values() {
                 starts.push((node.clone(), version, field));
             }
-            inbox.begin();
+            frozen_fields.begin();
         }
         for (node, version, field) in starts {
             self.compare(&node, version, &field)?;
@@ -397,7 +399,7 @@ impl Replay {
     fn solve(&mut self, envelope: &Envelope, iterate: &Iterate) -> Result<(), VerifyError> {
         let version = envelope.version.unwrap_or_default();
         let run_window = Window { t_s: envelope.t_s, dt_s: envelope.dt_s };
-        for (node, inbox) in &mut self.inboxes {
+        for (node, frozen_fields) in &mut self.frozen_fields {
             let Some(solver) = self.solvers.get_mut(node) else { continue };
             if resting(node, iterate).is_some() || self.solved.get(node) == Some(&version) {
                 continue;
@@ -411,7 +413,7 @@ impl Replay {
             if !wrote.iter().all(|port| self.recorded.get(node, &port.field, version).is_some()) {
                 continue;
             }
-            let Some(frozen) = inbox.freeze(version, iterate)? else {
+            let Some(frozen) = frozen_fields.freeze(version, iterate)? else {
                 return Err(VerifyError::Thinned { node: node.clone(), version });
             };
             let fields = match solver {
@@ -436,7 +438,7 @@ impl Replay {
         let version = decision.version.unwrap_or_default();
         if decision.verdict() == Verdict::Reject {
             self.recorded.rejected(version);
-            self.inboxes.values_mut().for_each(|inbox| inbox.rejected(version));
+            self.frozen_fields.values_mut().for_each(|frozen_fields| frozen_fields.rejected(version));
         }
         if decision.verdict() != Verdict::Accept || version <= self.committed {
             return Ok(());
@@ -453,11 +455,11 @@ impl Replay {
                 return Err(VerifyError::Thinned { node: node.clone(), version });
             }
         }
-        for (node, inbox) in &mut self.inboxes {
+        for (node, frozen_fields) in &mut self.frozen_fields {
             if self.solved.get(node) == Some(&version) {
-                inbox.commit();
+                frozen_fields.commit();
             }
-            inbox.accepted(version);
+            frozen_fields.accepted(version);
         }
         self.recorded.accepted(version);
         self.committed = version;

@@ -1,3 +1,5 @@
+//! Aitken: one relaxation factor, from the last two residuals.
+
 use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
 

@@ -1,3 +1,5 @@
+//! IQN-ILS: a quasi-Newton step from the differences of earlier iterates, by least squares.
+
 use std::collections::VecDeque;
 
 use nalgebra::{DMatrix, DMatrixView, DVector};

@@ -1,3 +1,5 @@
+//! Each acceleration on systems whose fixed point is known.
+
 // Equal bits are asked for where the same operations ran.
 #![allow(clippy::float_cmp)]
 

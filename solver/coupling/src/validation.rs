@@ -12,7 +12,7 @@ use crate::SolveError;
 ///
 /// # Errors
 /// [`ControlError::Rows`] where fields of two nodes on the same rows have different numbers of them.
-pub(super) fn vet(outcomes: &mut [Outcome]) -> Result<(), ControlError> {
+pub(super) fn validate_replies(outcomes: &mut [Outcome]) -> Result<(), ControlError> {
     for Outcome { node, result } in outcomes.iter_mut() {
         let Ok(done) = result else { continue };
         tidy(done);
@@ -27,7 +27,7 @@ pub(super) fn vet(outcomes: &mut [Outcome]) -> Result<(), ControlError> {
 ///
 /// # Errors
 /// [`ControlError::Node`] names an energy that is not finite.
-pub(super) fn vet_start(ready: &mut [(String, Ready)]) -> Result<(), ControlError> {
+pub(super) fn validate_start(ready: &mut [(String, Ready)]) -> Result<(), ControlError> {
     for (node, ready) in ready {
         ready.ledger.iter_mut().for_each(tidy_energy);
         if let Some(message) = energy_not_finite(node, &ready.ledger) {
@@ -95,7 +95,7 @@ fn rows(outcomes: &[Outcome]) -> Result<(), ControlError> {
 ///
 /// # Errors
 /// [`SolveError::Mismatch`] names the node, the field, its rows and those expected.
-pub(super) fn fits(node: &str, fields: &Fields, frozen: &Frozen) -> Result<(), SolveError> {
+pub(super) fn validate_rows(node: &str, fields: &Fields, frozen: &Frozen) -> Result<(), SolveError> {
     for field in fields.values() {
         let of = |read: &&stagger_messages::Field| {
             (&read.support.name, read.support.revision) == (&field.support.name, field.support.revision)
@@ -140,13 +140,13 @@ mod tests {
     fn fields_of_one_support_have_as_many_rows_whoever_writes_them() {
         for count in [7, 9] {
             let mut replies = [on("particles", "positions", 8, 3), on("thermal", "temperature", count, 3)];
-            let error = vet(&mut replies).unwrap_err().to_string();
+            let error = validate_replies(&mut replies).unwrap_err().to_string();
             for word in ["`thermal`", "`temperature`", &count.to_string(), "8", "`particles`", "`positions`"] {
                 assert!(error.contains(word), "{word}: {error}");
             }
         }
         // Rows of an earlier revision are others.
-        vet(&mut [on("particles", "positions", 8, 3), on("thermal", "temperature", 7, 2)]).unwrap();
+        validate_replies(&mut [on("particles", "positions", 8, 3), on("thermal", "temperature", 7, 2)]).unwrap();
     }
 
     #[test]
@@ -156,10 +156,11 @@ mod tests {
             (name.to_owned(), Field::new(&port, revision, vec![1.0; rows]).unwrap())
         };
         let frozen = Frozen { end: Fields::from([field("forces", "contacts", 5, 1)]), ..Frozen::default() };
-        let error = fits("own", &Fields::from([field("heat", "contacts", 4, 1)]), &frozen).unwrap_err().to_string();
+        let error =
+            validate_rows("own", &Fields::from([field("heat", "contacts", 4, 1)]), &frozen).unwrap_err().to_string();
         assert!(error.contains("own: field `heat` has 4 rows on `contacts`, but there are 5"), "{error}");
-        fits("own", &Fields::from([field("heat", "contacts", 4, 2)]), &frozen).unwrap();
-        fits("own", &Fields::from([field("heat", "grid", 4, 1)]), &frozen).unwrap();
+        validate_rows("own", &Fields::from([field("heat", "contacts", 4, 2)]), &frozen).unwrap();
+        validate_rows("own", &Fields::from([field("heat", "grid", 4, 1)]), &frozen).unwrap();
     }
 
     #[test]
@@ -168,17 +169,17 @@ mod tests {
         let figure = Done { figures: [("speed".to_owned(), f64::NAN)].into(), ..Done::default() };
         for (done, word) in [(energy, "`heat`"), (figure, "`speed`")] {
             let mut replies = [outcome("own", done)];
-            vet(&mut replies).unwrap();
+            validate_replies(&mut replies).unwrap();
             let failure = replies[0].result.as_ref().unwrap_err();
             assert!(failure.retry && failure.message.contains(word) && failure.message.contains("NaN"), "{failure:?}");
         }
         let long = "x".repeat(100_000);
         let figures = [("\u{1b}[31mred".to_owned(), 1.0), (long, 2.0)].into();
         let mut replies = [outcome("own", Done { figures, ..Done::default() })];
-        vet(&mut replies).unwrap();
+        validate_replies(&mut replies).unwrap();
         let names: Vec<_> = replies[0].result.as_ref().unwrap().figures.keys().cloned().collect();
         assert!(names.iter().all(|name| name.chars().count() < 130 && !name.contains('\u{1b}')), "{names:?}");
         let mut ready = [("own".to_owned(), Ready { ledger: vec![Energy::stored("heat", f64::INFINITY)] })];
-        assert!(vet_start(&mut ready).unwrap_err().to_string().contains("`heat`"));
+        assert!(validate_start(&mut ready).unwrap_err().to_string().contains("`heat`"));
     }
 }

@@ -1,3 +1,5 @@
+//! Messages in the order and form in which they are recorded.
+
 use std::{
     collections::{BTreeMap, BTreeSet},
     io::{BufWriter, Write},
@@ -14,7 +16,7 @@ use crate::{
     display::Display,
     read::recording::{END, FILE, RUN, SCENE},
     write::{
-        membership::{Membership, Numbering},
+        admission_filter::{AdmissionFilter, Numbering},
         thinning::{Piece, Thinning},
     },
 };
@@ -22,10 +24,10 @@ use crate::{
 /// Small records between chunks are gathered up to this before they go to the system.
 const BUFFER_BYTES: usize = 1 << 18;
 
-/// Puts messages in the order and form in which they are recorded: each once, in simulated time, thinned as asked for.
-pub(crate) struct Journal<W: Write> {
+/// Writes messages as they are recorded: each once, in simulated time, thinned as asked for.
+pub(crate) struct RecordWriter<W: Write> {
     container: ContainerWriter<BufWriter<W>>,
-    membership: Membership,
+    admission: AdmissionFilter,
     thinning: Option<Thinning>,
     /// The fields to keep, where not all are.
     fields: Option<BTreeSet<String>>,
@@ -46,7 +48,7 @@ pub(crate) struct Journal<W: Write> {
     recorded: Recorded,
 }
 
-impl<W: Write> Journal<W> {
+impl<W: Write> RecordWriter<W> {
     pub(crate) fn create(output: W, info: &RunInfo, options: &RecorderOptions) -> Result<Self, RecordingError> {
         let mut container = ContainerWriter::new(BufWriter::with_capacity(BUFFER_BYTES, output))?;
         container.metadata(RUN, info.to_metadata())?;
@@ -59,7 +61,7 @@ impl<W: Write> Journal<W> {
         let thin = options.level == Level::Accepted || options.every > 1;
         Ok(Self {
             container,
-            membership: Membership::new(&info.run, !options.joined),
+            admission: AdmissionFilter::new(&info.run, !options.joined),
             thinning: thin.then(|| Thinning::new(options.every)),
             fields: options.fields.clone(),
             display: options.frame_period_s.map(|period_s| Display::new(info, period_s)),
@@ -90,9 +92,10 @@ impl<W: Write> Journal<W> {
     ) -> Result<(), RecordingError> {
         let Some(header) = self.decoded(codec::decode::<FieldMessage>("field", attachment)) else { return Ok(()) };
         let received = codec::decode_field(attachment, payload.clone()).ok();
-        let own = header.envelope.clone().filter(|envelope| {
-            received.is_some() && self.membership.admits(&topic, envelope) && self.is_next(envelope)
-        });
+        let own = header
+            .envelope
+            .clone()
+            .filter(|envelope| received.is_some() && self.admission.admits(&topic, envelope) && self.is_next(envelope));
         let Some((envelope, version)) = own.and_then(|envelope| Some((envelope.clone(), envelope.version?))) else {
             self.recorded.refused += 1;
             return Ok(());
@@ -132,7 +135,7 @@ impl<W: Write> Journal<W> {
             ControlKind::Manifest => {
                 let decoded = self.decoded(codec::decode::<Manifest>("manifest", message));
                 let Some(manifest) = decoded else { return Ok(()) };
-                if !self.admitted(self.membership.admits_manifest(&topic, &manifest)) {
+                if !self.admitted(self.admission.admits_manifest(&topic, &manifest)) {
                     return Ok(());
                 }
                 ("Manifest", 0.0, None)
@@ -141,7 +144,7 @@ impl<W: Write> Journal<W> {
                 let Some(checkpoint) = self.decoded(codec::decode::<Checkpoint>("checkpoint", message)) else {
                     return Ok(());
                 };
-                let own = checkpoint.envelope.as_ref().is_some_and(|it| self.membership.admits_checkpoint(it));
+                let own = checkpoint.envelope.as_ref().is_some_and(|it| self.admission.admits_checkpoint(it));
                 if !self.admitted(own) {
                     return Ok(());
                 }
@@ -155,7 +158,7 @@ impl<W: Write> Journal<W> {
                 // A failure is news even where a reply to the same trial came before.
                 let repeatable = !matches!(report.body, Some(report::Body::Failure(_)));
                 let envelope = report.envelope.clone().unwrap_or_default();
-                if !self.admitted(self.membership.admits(&topic, &envelope) && self.is_next(&envelope)) {
+                if !self.admitted(self.admission.admits(&topic, &envelope) && self.is_next(&envelope)) {
                     return Ok(());
                 }
                 self.count(&envelope);
@@ -172,7 +175,7 @@ impl<W: Write> Journal<W> {
                 let Some(directive) = decoded else { return Ok(()) };
                 let envelope = directive.envelope.clone().unwrap_or_default();
                 let next = self.is_next(&envelope);
-                let begins = if next { self.membership.admits_directive(&topic, &directive) } else { None };
+                let begins = if next { self.admission.admits_directive(&topic, &directive) } else { None };
                 if !self.admitted(begins.is_some()) {
                     return Ok(());
                 }
@@ -245,7 +248,7 @@ impl<W: Write> Journal<W> {
 
     /// Whether a message may have its number; each epoch has its own.
     fn is_next(&self, envelope: &Envelope) -> bool {
-        let known = self.senders.get(&envelope.sender).filter(|_| !self.membership.is_later(envelope));
+        let known = self.senders.get(&envelope.sender).filter(|_| !self.admission.is_later(envelope));
         self.joined || known.copied().unwrap_or_default().admits(envelope.sequence)
     }
 

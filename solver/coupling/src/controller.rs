@@ -1,20 +1,22 @@
+//! Everything that the coordinator decides from, as one value that a checkpoint can hold.
+
 use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 use stagger_messages::{Decision, Field, Iterate, Plan, Verdict, Version};
 
 use super::{
-    Accelerator, Clocks, Ensemble, Iterates, Ledger, Measured, Outcome, Progress, Rates, Settings, StepControl, System,
-    Task, Turn, change, readers, systems,
+    Accelerator, Clocks, Ensemble, Group, Iterates, Ledger, Measured, Outcome, Progress, Settings, StepControl,
+    Subcycling, System, Task, change, observers, systems,
 };
 use crate::SolveError;
 
-/// Everything the coordinator decides from: step control, rates and acceleration. With the nodes' states it is all that
-/// a run's future depends on.
-pub struct Course {
+/// Everything the coordinator decides from: step control, subcycling and acceleration. A run's future depends on it and on
+/// the nodes' states, and on nothing else.
+pub struct CouplingController {
     /// Accept, iterate, reject.
     pub control: StepControl,
-    rates: Rates,
+    subcycling: Subcycling,
     /// Fields that a node which is iterated reads from the iteration before, by their writer and name.
     read_late: BTreeSet<(String, String)>,
     systems: Vec<(System, Accelerator)>,
@@ -33,26 +35,26 @@ struct Saved {
     clocks: Clocks,
     accelerators: Vec<Accelerator>,
     ledger: Ledger,
-    observer: Vec<u8>,
+    listener: Vec<u8>,
 }
 
 /// The energy of the run up to a checkpoint, whose `coordinator` bytes these are.
 ///
 /// # Errors
-/// They are not those of a course.
+/// They are not those of a controller.
 pub fn ledger_at(checkpoint: &[u8]) -> Result<Ledger, SolveError> {
     let saved: Saved = postcard::from_bytes(checkpoint).map_err(|source| failed("restored", source))?;
     Ok(saved.ledger)
 }
 
-impl Course {
-    /// The course of a run of `duration_s` from t = 0.
+impl CouplingController {
+    /// The controller of a run of `duration_s` from t = 0.
     #[must_use]
     pub fn new(settings: &Settings, plan: &Plan, measured: &Measured, duration_s: f64) -> Self {
         let systems = systems(plan, settings);
         Self {
             control: StepControl::new(settings, measured, duration_s),
-            rates: Rates::new(plan, settings),
+            subcycling: Subcycling::new(plan, settings),
             read_late: read_late(plan),
             systems: systems.into_iter().map(|system| (system.clone(), Accelerator::new(system.method))).collect(),
             frozen: BTreeMap::new(),
@@ -61,25 +63,25 @@ impl Course {
         }
     }
 
-    /// The course as bytes, with the run's energy so far and the bytes of whoever observes the run.
+    /// The controller as bytes, with the run's energy so far and the bytes of the listener.
     ///
     /// # Errors
     /// It cannot be encoded.
-    pub fn save(&self, ledger: Ledger, observer: Vec<u8>) -> Result<Vec<u8>, SolveError> {
+    pub fn save(&self, ledger: Ledger, listener: Vec<u8>) -> Result<Vec<u8>, SolveError> {
         let saved = Saved {
             progress: self.control.progress().clone(),
-            clocks: self.rates.clocks().clone(),
+            clocks: self.subcycling.clocks().clone(),
             accelerators: self.systems.iter().map(|(_, accelerator)| accelerator.clone()).collect(),
             ledger,
-            observer,
+            listener,
         };
         postcard::to_stdvec(&saved).map_err(|source| failed("encoded", source))
     }
 
-    /// Goes on from saved bytes; returns the energy up to there and the observer's bytes.
+    /// Goes on from saved bytes; returns the energy up to there and the listener's bytes.
     ///
     /// # Errors
-    /// They are not those of a course of this plan.
+    /// They are not those of a controller of this plan.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(Ledger, Vec<u8>), SolveError> {
         let saved: Saved = postcard::from_bytes(bytes).map_err(|source| failed("restored", source))?;
         if saved.accelerators.len() != self.systems.len() {
@@ -89,32 +91,33 @@ impl Course {
             )));
         }
         self.control.restore(saved.progress);
-        self.rates.restore(saved.clocks);
+        self.subcycling.restore(saved.clocks);
         for ((_, accelerator), saved) in self.systems.iter_mut().zip(saved.accelerators) {
             *accelerator = saved;
         }
         (self.frozen, self.answered, self.committed) = Default::default();
-        Ok((saved.ledger, saved.observer))
+        Ok((saved.ledger, saved.listener))
     }
 
     /// What the nodes are asked next.
-    pub(super) fn task(&self, turn: Turn) -> Task {
+    pub(super) fn task(&self, group: Group) -> Task {
         let (version, committed) = (self.control.version(), self.control.committed());
         let window = self.control.window();
-        let parts = self.rates.parts(version, committed, window, self.control.is_last(), turn);
+        let parts = self.subcycling.parts(version, committed, window, self.control.is_last(), group);
         Task { version, window, iterate: Iterate { committed: Some(committed), again: false, parts } }
     }
 
-    /// Whether nodes that only read are to solve before the iteration is judged: the others have converged.
-    pub(super) fn reads_now(&self, outcomes: &[Outcome]) -> bool {
-        let has_reading = self.rates.has_reading(self.control.version().step, self.control.is_last());
-        has_reading && self.control.clone().judge(outcomes).is_ok_and(|decision| decision.verdict() == Verdict::Accept)
+    /// Whether observers are to solve before the iteration is judged: the others have converged.
+    pub(super) fn observers_are_due(&self, outcomes: &[Outcome]) -> bool {
+        let has_observers = self.subcycling.has_observers(self.control.version().step, self.control.is_last());
+        has_observers
+            && self.control.clone().judge(outcomes).is_ok_and(|decision| decision.verdict() == Verdict::Accept)
     }
 
     /// Takes the values at the start of the run's next window.
     pub(super) fn begin<E: Ensemble>(&mut self, ensemble: &mut E) -> Result<(), E::Error> {
         for source in self.systems.iter().flat_map(|(system, _)| &system.fields) {
-            let clock = self.rates.clocks().get(&source.writer).map(|(version, _)| *version);
+            let clock = self.subcycling.clocks().get(&source.writer).map(|(version, _)| *version);
             let field = ensemble.answered(source, clock.unwrap_or(self.control.committed()))?;
             self.committed.insert(source.field.clone(), field);
         }
@@ -122,8 +125,9 @@ impl Course {
         Ok(())
     }
 
-    /// Forgets of fields that nobody reads from the iteration before that their rows changed. Measures accelerated fields by their residual x̃ − x: what their writers say, the distance between two answers, is
-    /// no measure of convergence where the iterates between them were changed.
+    /// Clears the mark of changed rows on fields that nobody reads from the iteration before. Measures accelerated fields by
+    /// their residual x̃ − x: their writers report the distance between two answers, which is no measure of convergence
+    /// where the iterates between them were changed.
     pub(super) fn residuals<E: Ensemble>(
         &mut self,
         ensemble: &mut E,
@@ -183,7 +187,7 @@ impl Course {
                         accelerator.accepted(&pairs);
                     }
                 }
-                self.rates.accepted(version, decision.t_s, last);
+                self.subcycling.accepted(version, decision.t_s, last);
                 self.committed.extend(std::mem::take(&mut self.answered));
                 self.frozen.clone_from(&self.committed);
             }
@@ -218,8 +222,8 @@ impl Course {
 
 /// What is read from the iteration before, but for the nodes that only read: they solve when the others have converged.
 fn read_late(plan: &Plan) -> BTreeSet<(String, String)> {
-    let readers = readers(plan);
-    let iterated = plan.nodes.iter().filter(|node| !readers.contains(&node.node));
+    let observers = observers(plan);
+    let iterated = plan.nodes.iter().filter(|node| !observers.contains(&node.node));
     let late = iterated.flat_map(|node| &node.sources).filter(|source| !source.same_iteration);
     late.map(|source| (source.writer.clone(), source.field.clone())).collect()
 }

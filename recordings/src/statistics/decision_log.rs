@@ -1,3 +1,5 @@
+//! The decisions of a run in their order, each with the reports it rests on, and the energy balance.
+
 use std::collections::BTreeMap;
 
 use stagger_messages::{
@@ -8,7 +10,7 @@ use stagger_coupling::{Ledger, ledger_at};
 
 /// Puts the decisions of a run together with the nodes' reports they are about.
 #[derive(Clone, Debug, Default)]
-pub struct Accounts {
+pub struct DecisionLog {
     done: BTreeMap<String, (Version, Done)>,
     decided: Version,
     /// The version accepted last and the end of its step, in s.
@@ -30,7 +32,7 @@ pub struct Outcome {
     pub reports: BTreeMap<String, Done>,
 }
 
-impl Accounts {
+impl DecisionLog {
     /// Takes a node's report.
     pub fn report(&mut self, message: &Report) {
         let Some(envelope) = &message.envelope else { return };

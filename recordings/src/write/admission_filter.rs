@@ -8,7 +8,7 @@ const LARGEST_GAP: u64 = 10_000;
 
 /// Tells a run's own messages from those of another run, another epoch, other schemas, under another's key, or about what
 /// was never asked.
-pub(crate) struct Membership {
+pub(crate) struct AdmissionFilter {
     run: String,
     /// The newest the coordinator has named; they count from 1.
     epoch: u32,
@@ -19,7 +19,7 @@ pub(crate) struct Membership {
     from_start: bool,
 }
 
-impl Membership {
+impl AdmissionFilter {
     pub(crate) fn new(run: &str, from_start: bool) -> Self {
         Self { run: run.into(), epoch: 1, asked: None, from_start }
     }
@@ -144,57 +144,57 @@ mod tests {
 
     #[test]
     fn only_the_run_its_epoch_its_schemas_and_the_owner_of_the_key_are_admitted() {
-        let mut membership = Membership::new("r", true);
+        let mut admission = AdmissionFilter::new("r", true);
         let right = envelope(1, "thermal");
-        assert!(!membership.admits("done/thermal", &right), "nothing was asked yet");
-        assert_eq!(membership.admits_directive(TOPIC, &plan(1, "coordinator", 1)), Some(false));
-        assert!(membership.admits("field/thermal/temperature", &right) && membership.admits("done/thermal", &right));
-        assert!(!membership.admits("done/optics", &right));
-        assert!(!membership.admits("done/thermal", &Envelope { run: "s".into(), ..right.clone() }));
-        assert!(!membership.admits("done/thermal", &Envelope { schema: SCHEMA_VERSION + 1, ..right.clone() }));
-        assert!(!membership.admits("done/thermal", &Envelope { version: None, ..right.clone() }));
-        assert!(!membership.admits("done/thermal", &envelope(0, "thermal")));
-        assert!(!membership.admits("done/thermal", &envelope(99, "thermal")), "an epoch to come");
-        assert_eq!(membership.admits_directive(TOPIC, &plan(3, "thermal", 1)), None);
-        assert_eq!(membership.admits_directive(TOPIC, &iterate(2, (1, 1, 1))), None, "only a plan begins an epoch");
-        assert_eq!(membership.admits_directive(TOPIC, &plan(2, "coordinator", 1)), Some(true));
-        assert!(!membership.admits("done/thermal", &right), "its epoch is over");
-        assert_eq!(membership.admits_directive(TOPIC, &plan(1, "coordinator", 1)), None);
-        assert_eq!(membership.admits_directive(TOPIC, &Directive::default()), None);
+        assert!(!admission.admits("done/thermal", &right), "nothing was asked yet");
+        assert_eq!(admission.admits_directive(TOPIC, &plan(1, "coordinator", 1)), Some(false));
+        assert!(admission.admits("field/thermal/temperature", &right) && admission.admits("done/thermal", &right));
+        assert!(!admission.admits("done/optics", &right));
+        assert!(!admission.admits("done/thermal", &Envelope { run: "s".into(), ..right.clone() }));
+        assert!(!admission.admits("done/thermal", &Envelope { schema: SCHEMA_VERSION + 1, ..right.clone() }));
+        assert!(!admission.admits("done/thermal", &Envelope { version: None, ..right.clone() }));
+        assert!(!admission.admits("done/thermal", &envelope(0, "thermal")));
+        assert!(!admission.admits("done/thermal", &envelope(99, "thermal")), "an epoch to come");
+        assert_eq!(admission.admits_directive(TOPIC, &plan(3, "thermal", 1)), None);
+        assert_eq!(admission.admits_directive(TOPIC, &iterate(2, (1, 1, 1))), None, "only a plan begins an epoch");
+        assert_eq!(admission.admits_directive(TOPIC, &plan(2, "coordinator", 1)), Some(true));
+        assert!(!admission.admits("done/thermal", &right), "its epoch is over");
+        assert_eq!(admission.admits_directive(TOPIC, &plan(1, "coordinator", 1)), None);
+        assert_eq!(admission.admits_directive(TOPIC, &Directive::default()), None);
         let manifest =
             Manifest { run: "r".into(), schema: SCHEMA_VERSION, node: "thermal".into(), ..Manifest::default() };
-        assert!(membership.admits_manifest("meta/thermal", &manifest));
-        assert!(!membership.admits_manifest("meta/optics", &manifest));
+        assert!(admission.admits_manifest("meta/thermal", &manifest));
+        assert!(!admission.admits_manifest("meta/optics", &manifest));
     }
 
     #[test]
     fn nothing_is_admitted_about_what_was_not_asked() {
-        let mut membership = Membership::new("r", true);
+        let mut admission = AdmissionFilter::new("r", true);
         let admits =
-            |membership: &Membership, version| membership.admits("done/thermal", &about(1, "thermal", version));
-        assert!(membership.admits_checkpoint(&about(1, "coordinator", (40, 1, 3))), "the one the run goes on from");
-        membership.admits_directive(TOPIC, &plan(1, "coordinator", 40)).unwrap();
-        assert_eq!(membership.admits_directive(TOPIC, &iterate(1, (1_000_000_000, 1, 1))), None);
-        membership.admits_directive(TOPIC, &iterate(1, (41, 2, 3))).unwrap();
+            |admission: &AdmissionFilter, version| admission.admits("done/thermal", &about(1, "thermal", version));
+        assert!(admission.admits_checkpoint(&about(1, "coordinator", (40, 1, 3))), "the one the run goes on from");
+        admission.admits_directive(TOPIC, &plan(1, "coordinator", 40)).unwrap();
+        assert_eq!(admission.admits_directive(TOPIC, &iterate(1, (1_000_000_000, 1, 1))), None);
+        admission.admits_directive(TOPIC, &iterate(1, (41, 2, 3))).unwrap();
         for earlier in [(41, 2, 3), (41, 2, 2), (41, 1, 9), (40, 1, 1)] {
-            assert!(admits(&membership, earlier), "{earlier:?}");
+            assert!(admits(&admission, earlier), "{earlier:?}");
         }
         for later in [(41, 2, 4), (41, 3, 1), (42, 1, 1), (1_000_000_000, 1, 1)] {
-            assert!(!admits(&membership, later), "{later:?}");
+            assert!(!admits(&admission, later), "{later:?}");
         }
-        assert!(!membership.admits_checkpoint(&about(1, "coordinator", (42, 1, 1))));
-        assert_eq!(membership.admits_directive(TOPIC, &iterate(1, (41, 2, 3))), Some(false), "it is asked again");
-        assert_eq!(membership.admits_directive(TOPIC, &iterate(1, (41, 2, 2))), None, "somebody repeats it");
-        assert_eq!(membership.admits_directive(TOPIC, &plan(1, "coordinator", 40)), None, "somebody repeats it");
-        assert!(admits(&membership, (41, 2, 3)));
+        assert!(!admission.admits_checkpoint(&about(1, "coordinator", (42, 1, 1))));
+        assert_eq!(admission.admits_directive(TOPIC, &iterate(1, (41, 2, 3))), Some(false), "it is asked again");
+        assert_eq!(admission.admits_directive(TOPIC, &iterate(1, (41, 2, 2))), None, "somebody repeats it");
+        assert_eq!(admission.admits_directive(TOPIC, &plan(1, "coordinator", 40)), None, "somebody repeats it");
+        assert!(admits(&admission, (41, 2, 3)));
     }
 
     #[test]
     fn who_joins_on_the_way_hears_of_an_epoch_by_anything() {
-        let mut membership = Membership::new("r", false);
-        assert!(membership.admits("field/thermal/temperature", &about(3, "thermal", (700, 1, 1))));
-        assert_eq!(membership.admits_directive(TOPIC, &iterate(3, (701, 1, 1))), Some(true));
-        assert!(!membership.admits("field/thermal/temperature", &about(2, "thermal", (700, 1, 1))));
+        let mut admission = AdmissionFilter::new("r", false);
+        assert!(admission.admits("field/thermal/temperature", &about(3, "thermal", (700, 1, 1))));
+        assert_eq!(admission.admits_directive(TOPIC, &iterate(3, (701, 1, 1))), Some(true));
+        assert!(!admission.admits("field/thermal/temperature", &about(2, "thermal", (700, 1, 1))));
     }
 
     #[test]

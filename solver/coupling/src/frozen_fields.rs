@@ -1,3 +1,5 @@
+//! The fields that one node reads, by version, and which version a trial freezes.
+
 use std::{collections::BTreeMap, sync::Arc};
 
 use stagger_messages::{Envelope, Field, Fields, Iterate, Port, Source, Version, codec::Received};
@@ -13,7 +15,7 @@ pub const COORDINATOR: &str = "coordinator";
 /// A value is known by its sender, its name and its version. At the window's start a node freezes what its sources had
 /// committed when it committed itself the last time; at the window's end, what [`Source`] and [`Iterate`] say.
 #[derive(Clone, Debug, Default)]
-pub struct Inbox {
+pub struct FrozenFields {
     sources: Vec<Source>,
     fields: BTreeMap<(String, String), BTreeMap<Version, Field>>,
     /// What each writer had committed when this node committed last.
@@ -22,8 +24,8 @@ pub struct Inbox {
     end: BTreeMap<String, Version>,
 }
 
-impl Inbox {
-    /// An empty inbox of a node that reads `sources`.
+impl FrozenFields {
+    /// None yet, for a node that reads `sources`.
     #[must_use]
     pub fn new(sources: Vec<Source>) -> Self {
         Self { sources, ..Self::default() }
@@ -210,5 +212,5 @@ fn add(fields: &mut Fields, field: &Field) -> Result<(), SolveError> {
 }
 
 #[cfg(test)]
-#[path = "inbox_tests.rs"]
+#[path = "frozen_fields_tests.rs"]
 mod tests;

@@ -31,38 +31,38 @@ fn values(frozen: Option<Frozen>) -> Option<(f64, f64)> {
     frozen.map(|frozen| (frozen.start["w"].f64().unwrap()[0], frozen.end["w"].f64().unwrap()[0]))
 }
 
-/// An inbox that holds 0.0 of each writer at the start.
-fn begun(sources: Vec<Source>) -> Inbox {
-    let mut inbox = Inbox::new(sources.clone());
+/// Fields that holds 0.0 of each writer at the start.
+fn begun(sources: Vec<Source>) -> FrozenFields {
+    let mut frozen_fields = FrozenFields::new(sources.clone());
     for source in sources {
-        inbox.insert(&source.writer, Version::INITIAL, field(0.0));
+        frozen_fields.insert(&source.writer, Version::INITIAL, field(0.0));
     }
-    assert!(inbox.begin());
-    inbox
+    assert!(frozen_fields.begin());
+    frozen_fields
 }
 
 #[test]
 fn a_reference_finds_its_values_and_a_broken_one_stays_missing() {
-    let mut inbox = begun(vec![source("a", true)]);
-    inbox.insert("a", Version::first(1), field(300.0));
-    inbox.refer("a", "w", Version::first(2), Version::first(1));
-    inbox.accepted(Version::first(2));
-    inbox.refer("a", "w", Version::first(3), Version::first(2));
-    inbox.refer("a", "w", Version::first(5), Version::first(4));
-    assert_eq!(inbox.get("a", "w", Version::first(3)).unwrap().f64().unwrap(), [300.0]);
-    assert!(inbox.get("a", "w", Version::first(5)).is_none());
+    let mut frozen_fields = begun(vec![source("a", true)]);
+    frozen_fields.insert("a", Version::first(1), field(300.0));
+    frozen_fields.refer("a", "w", Version::first(2), Version::first(1));
+    frozen_fields.accepted(Version::first(2));
+    frozen_fields.refer("a", "w", Version::first(3), Version::first(2));
+    frozen_fields.refer("a", "w", Version::first(5), Version::first(4));
+    assert_eq!(frozen_fields.get("a", "w", Version::first(3)).unwrap().f64().unwrap(), [300.0]);
+    assert!(frozen_fields.get("a", "w", Version::first(5)).is_none());
 }
 
 #[test]
 fn the_iterate_before_is_the_writers_or_the_coordinators_where_it_is_accelerated() {
     for (accelerated, expected) in [(false, 1.0), (true, 9.0)] {
-        let mut inbox = begun(vec![Source { accelerated, ..source("a", false) }]);
+        let mut frozen_fields = begun(vec![Source { accelerated, ..source("a", false) }]);
         let iterate = iterate(Version::INITIAL, Vec::new());
-        assert_eq!(values(inbox.freeze(version(1, 1, 1), &iterate).unwrap()), Some((0.0, 0.0)));
-        inbox.insert("a", version(1, 1, 1), field(1.0));
-        assert_eq!(inbox.reads(COORDINATOR, "w"), accelerated);
-        inbox.insert(COORDINATOR, version(1, 1, 1), field(9.0));
-        assert_eq!(values(inbox.freeze(version(1, 1, 2), &iterate).unwrap()), Some((0.0, expected)));
+        assert_eq!(values(frozen_fields.freeze(version(1, 1, 1), &iterate).unwrap()), Some((0.0, 0.0)));
+        frozen_fields.insert("a", version(1, 1, 1), field(1.0));
+        assert_eq!(frozen_fields.reads(COORDINATOR, "w"), accelerated);
+        frozen_fields.insert(COORDINATOR, version(1, 1, 1), field(9.0));
+        assert_eq!(values(frozen_fields.freeze(version(1, 1, 2), &iterate).unwrap()), Some((0.0, expected)));
     }
 }
 
@@ -93,23 +93,23 @@ fn a_slow_node_freezes_the_start_of_its_own_window_and_a_fast_one_what_a_resting
 
 #[test]
 fn fields_of_several_writers_add_up_on_equal_supports_only() {
-    let mut inbox = begun(vec![source("a", true), source("b", true)]);
+    let mut frozen_fields = begun(vec![source("a", true), source("b", true)]);
     let iterate = iterate(Version::INITIAL, Vec::new());
-    inbox.insert("a", version(1, 1, 1), field(1.0));
-    assert_eq!(values(inbox.freeze(version(1, 1, 1), &iterate).unwrap()), None);
-    inbox.insert("b", version(1, 1, 1), field(2.0));
-    assert_eq!(values(inbox.freeze(version(1, 1, 1), &iterate).unwrap()), Some((0.0, 3.0)));
+    frozen_fields.insert("a", version(1, 1, 1), field(1.0));
+    assert_eq!(values(frozen_fields.freeze(version(1, 1, 1), &iterate).unwrap()), None);
+    frozen_fields.insert("b", version(1, 1, 1), field(2.0));
+    assert_eq!(values(frozen_fields.freeze(version(1, 1, 1), &iterate).unwrap()), Some((0.0, 3.0)));
     let mut other = field(2.0);
     other.support.revision = 1;
-    inbox.insert("b", version(1, 1, 1), other);
-    assert!(inbox.freeze(version(1, 1, 1), &iterate).unwrap_err().to_string().contains("added up"));
+    frozen_fields.insert("b", version(1, 1, 1), other);
+    assert!(frozen_fields.freeze(version(1, 1, 1), &iterate).unwrap_err().to_string().contains("added up"));
 }
 
 #[test]
 fn a_dropped_attempt_leaves_what_was_committed() {
-    let mut inbox = begun(vec![source("a", true)]);
-    inbox.insert("a", version(1, 1, 1), field(1.0));
-    inbox.rejected(version(1, 1, 1));
-    assert!(inbox.get("a", "w", version(1, 1, 1)).is_none());
-    assert!(inbox.get("a", "w", Version::INITIAL).is_some());
+    let mut frozen_fields = begun(vec![source("a", true)]);
+    frozen_fields.insert("a", version(1, 1, 1), field(1.0));
+    frozen_fields.rejected(version(1, 1, 1));
+    assert!(frozen_fields.get("a", "w", version(1, 1, 1)).is_none());
+    assert!(frozen_fields.get("a", "w", Version::INITIAL).is_some());
 }

@@ -1,11 +1,13 @@
+//! The steps and iterations of a recorded run, for a run that has to repeat them.
+
 use std::collections::BTreeMap;
 
 use stagger_messages::{Decision, Verdict, Version};
 
-/// The course of an earlier run, which a run follows in which recorded nodes take part: they can answer only what they
-/// were asked then. It holds some 40 bytes for each attempt.
+/// The steps and iterations of an earlier run. A run with recorded nodes follows them, as these nodes can answer only what
+/// they were asked then. It takes some 40 bytes for each attempt.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Precedent {
+pub struct RecordedSchedule {
     attempts: BTreeMap<(u64, u32), Attempt>,
 }
 
@@ -17,7 +19,7 @@ struct Attempt {
     accepted: bool,
 }
 
-impl Precedent {
+impl RecordedSchedule {
     /// Takes a decision of that run; one that is repeated counts once.
     pub fn take(&mut self, decision: &Decision) {
         let accepted = match decision.verdict() {

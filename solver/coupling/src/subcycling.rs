@@ -1,15 +1,17 @@
+//! Which nodes solve in which step and exchange, and how far each one's clock has come.
+
 use std::collections::{BTreeMap, BTreeSet};
 
 use stagger_messages::{Part, Plan, Version};
 
 use super::{Settings, Window};
 
-/// Who solves when: nodes that take part in every n-th step only, and nodes that only read, which solve once when the
+/// Who solves when: nodes that take part in every n-th step only, and observers, which only read and solve once when the
 /// others have converged.
 #[derive(Clone, Debug)]
-pub struct Rates {
+pub struct Subcycling {
     every: BTreeMap<String, u64>,
-    readers: BTreeSet<String>,
+    observers: BTreeSet<String>,
     nodes: Vec<String>,
     clocks: Clocks,
 }
@@ -17,17 +19,17 @@ pub struct Rates {
 /// Last commit of each node that solves at a rate of its own: version and time reached, in s.
 pub type Clocks = BTreeMap<String, (Version, f64)>;
 
-/// Which nodes solve in an exchange.
+/// Which nodes an exchange asks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Turn {
+pub enum Group {
     /// Those that are iterated.
-    Iterating,
+    Coupled,
     /// Those that only read, after the others have converged.
-    Reading,
+    Observers,
 }
 
-impl Rates {
-    /// The rates of a plan's nodes.
+impl Subcycling {
+    /// Of a plan's nodes.
     #[must_use]
     pub fn new(plan: &Plan, settings: &Settings) -> Self {
         let every: BTreeMap<String, u64> = settings
@@ -36,9 +38,9 @@ impl Rates {
             .filter(|(_, every)| **every > 1)
             .map(|(node, every)| (node.clone(), *every))
             .collect();
-        let readers = readers(plan);
+        let observers = observers(plan);
         let clocks = every.keys().map(|node| (node.clone(), (Version::INITIAL, 0.0))).collect();
-        Self { every, readers, nodes: plan.order.clone(), clocks }
+        Self { every, observers, nodes: plan.order.clone(), clocks }
     }
 
     /// Last commits, for a checkpoint.
@@ -52,33 +54,33 @@ impl Rates {
         self.clocks = clocks;
     }
 
-    /// Whether nodes that only read solve at the end of this step.
+    /// Whether observers solve at the end of this step.
     #[must_use]
-    pub fn has_reading(&self, step: u64, last: bool) -> bool {
-        self.readers.iter().any(|node| self.due(node, step, last))
+    pub fn has_observers(&self, step: u64, last: bool) -> bool {
+        self.observers.iter().any(|node| self.due(node, step, last))
     }
 
     /// Whether a node takes part in iterations of this step.
     #[must_use]
     pub fn iterates(&self, node: &str, step: u64, last: bool) -> bool {
-        !self.readers.contains(node) && self.due(node, step, last)
+        !self.observers.contains(node) && self.due(node, step, last)
     }
 
-    /// What differs from one clock for all, in the exchange `turn` of `version`; `last`: the window ends the run.
+    /// What differs from one clock for all, where `group` solves in `version`; `last`: the window ends the run.
     #[must_use]
-    pub fn parts(&self, version: Version, committed: Version, window: Window, last: bool, turn: Turn) -> Vec<Part> {
+    pub fn parts(&self, version: Version, committed: Version, window: Window, last: bool, group: Group) -> Vec<Part> {
         let mut parts = Vec::new();
         for node in &self.nodes {
             let due = self.due(node, version.step, last);
-            let reads = self.readers.contains(node);
-            let solves = due && reads == (turn == Turn::Reading);
+            let reads = self.observers.contains(node);
+            let solves = due && reads == (group == Group::Observers);
             let clock = self.clocks.get(node);
             if solves && clock.is_none() {
                 continue;
             }
             let (held, since_s) = clock.copied().unwrap_or((committed, window.t_s));
             // To those that read, the others stand where they have just converged.
-            let stands = if turn == Turn::Reading && due && !reads { version } else { held };
+            let stands = if group == Group::Observers && due && !reads { version } else { held };
             parts.push(Part {
                 node: node.clone(),
                 rests: !solves,
@@ -106,7 +108,7 @@ impl Rates {
 
 /// Nodes that read others and that nobody reads: they cannot change what the others do.
 #[must_use]
-pub fn readers(plan: &Plan) -> BTreeSet<String> {
+pub fn observers(plan: &Plan) -> BTreeSet<String> {
     let read: BTreeSet<&str> =
         plan.nodes.iter().flat_map(|node| &node.sources).map(|source| source.writer.as_str()).collect();
     let only_reads = plan.nodes.iter().filter(|node| !node.sources.is_empty() && !read.contains(node.node.as_str()));

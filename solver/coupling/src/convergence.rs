@@ -1,3 +1,5 @@
+//! How far a field moved from one iterate to the next, relative to its size: what convergence is judged by.
+
 use stagger_messages::{Change, Field, Measure, MessageError};
 
 use crate::math;

@@ -12,16 +12,16 @@ use stagger_messages::{
     Decision, Directive, Envelope, Report, SCHEMA_VERSION, Snapshot, Version, codec, directive, keys, report,
 };
 
-use super::{Event, Remote, RunError};
-use crate::link::{Arrival, LinkError};
+use super::{Remote, RunError, remote::Event};
+use crate::link::{LinkError, Sample};
 
 impl Remote<'_> {
-    pub(super) fn hear_life(&mut self, key: &str, alive: bool) {
+    pub(super) fn liveliness_changed(&mut self, key: &str, alive: bool) {
         let Some((node, instance)) = keys::parse_live(key).filter(|(node, _)| self.nodes.contains(*node)) else {
             return;
         };
         if alive {
-            if !self.buried.contains(&(node.into(), instance.into())) {
+            if !self.evicted.contains(&(node.into(), instance.into())) {
                 self.alive.entry(node.into()).or_default().insert(instance.into());
             }
         } else if let Some(instances) = self.alive.get_mut(node) {
@@ -39,8 +39,8 @@ impl Remote<'_> {
     }
 
     pub(super) fn lost(&mut self, node: String, at: String) -> RunError {
-        let last_words = self.keeper.last_words(&node);
-        RunError::Lost { node, at, last_words }
+        let why = self.supervisor.why_it_ended(&node);
+        RunError::Lost { node, at, why }
     }
 
     pub(super) fn stamp(&mut self, about: &Envelope) -> Envelope {
@@ -70,7 +70,7 @@ impl Remote<'_> {
     }
 
     /// The next report of this epoch about `version`, or `None` when none comes in time.
-    pub(super) fn hear(
+    pub(super) fn next_report(
         &mut self,
         version: Version,
         patience: Duration,
@@ -82,13 +82,13 @@ impl Remote<'_> {
                 Ok(event) => event,
                 Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => return Ok(None),
             };
-            let Some(arrival) = self.sort(event)? else {
+            let Some(sample) = self.sort(event)? else {
                 if let Some(node) = self.nodes.iter().find(|node| !self.lives(node)).cloned() {
                     return Err(self.lost(node, version.to_string()));
                 }
                 continue;
             };
-            match codec::decode::<Report>("report", &arrival.payload) {
+            match codec::decode::<Report>("report", &sample.payload) {
                 Ok(Report { envelope: Some(envelope), body: Some(body) }) if self.expects(&envelope) => {
                     if envelope.version == Some(version) {
                         return Ok(Some((envelope.sender, body)));
@@ -100,12 +100,12 @@ impl Remote<'_> {
     }
 
     /// Takes in an event; a report is handed back.
-    pub(super) fn sort(&mut self, event: Event) -> Result<Option<Arrival>, LinkError> {
+    pub(super) fn sort(&mut self, event: Event) -> Result<Option<Sample>, LinkError> {
         match event {
-            Event::Report(arrival) => return Ok(Some(arrival)),
-            Event::Alive(key, alive) => self.hear_life(&key, alive),
-            Event::Field(arrival) => self.hear_field(arrival),
-            Event::Snapshot(arrival) => match codec::decode::<Snapshot>("snapshot", &arrival.payload) {
+            Event::Report(sample) => return Ok(Some(sample)),
+            Event::Alive(key, alive) => self.liveliness_changed(&key, alive),
+            Event::Field(sample) => self.take_field(sample),
+            Event::Snapshot(sample) => match codec::decode::<Snapshot>("snapshot", &sample.payload) {
                 Ok(snapshot) if snapshot.envelope.as_ref().is_some_and(|envelope| self.expects(envelope)) => {
                     self.checkpoints.receive(snapshot, &self.nodes)?;
                 }
@@ -115,12 +115,12 @@ impl Remote<'_> {
         Ok(None)
     }
 
-    fn hear_field(&mut self, arrival: Arrival) {
-        let Ok(received) = codec::decode_field(&arrival.attachment, arrival.payload) else {
+    fn take_field(&mut self, sample: Sample) {
+        let Ok(received) = codec::decode_field(&sample.attachment, sample.payload) else {
             self.refused += 1;
             return;
         };
-        if !self.expects(&received.envelope) || !self.inbox.receive(received) {
+        if !self.expects(&received.envelope) || !self.frozen_fields.receive(received) {
             self.refused += 1;
         }
     }

@@ -1,4 +1,4 @@
-"""The fields one node reads, as they come in, and the versions it freezes: `solver/coupling/src/inbox.rs` in Python."""
+"""The fields one node reads, as they come in, and the versions it freezes: `solver/coupling/src/frozen_fields.rs` in Python."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ import numpy as np
 
 from .fields import Field, Malformed, Received, Window
 from .messages import INITIAL, Version
-from .trial import FrozenFields
+from .trial import TrialInputs
 
 COORDINATOR = "coordinator"
 """Who publishes accelerated iterates."""
 
 
-class Inbox:
+class FrozenFields:
     """A value is known by its sender, its name and its version.
 
     At the window's start a node freezes what its sources had committed when it committed itself the last time; at the
@@ -66,9 +66,9 @@ class Inbox:
         self._start = start
         return True
 
-    def freeze(self, version: Version, iterate: Any) -> FrozenFields | None:
+    def freeze(self, version: Version, iterate: Any) -> TrialInputs | None:
         """The frozen fields of the trial `version`, or `None` until all have come."""
-        frozen, ends = FrozenFields(), {}
+        frozen, ends = TrialInputs(), {}
         for source in self._sources:
             end = start = self.get(*_end(source, version, iterate))
             if source.interpolate:

@@ -1,10 +1,12 @@
+//! The loop of a run: ask, judge, follow, until the duration is reached. It exists once, for all ensembles.
+
 use std::collections::BTreeMap;
 
 use stagger_messages::{Decision, Field, Iterate, Plan, Ready, Source, Verdict, Version};
 
 use super::{
-    ControlError, Course, Ledger, Outcome, Turn, Window,
-    vetting::{vet, vet_start},
+    ControlError, CouplingController, Group, Ledger, Outcome, Window,
+    validation::{validate_replies, validate_start},
 };
 use crate::SolveError;
 
@@ -70,9 +72,15 @@ pub trait Ensemble {
     /// The nodes cannot be reached.
     fn publish(&mut self, version: Version, fields: &BTreeMap<String, Field>) -> Result<(), Self::Error>;
 
-    /// Has the nodes hand over their states with the next decision, which accepts `version` at time `t_s`; `course` is
+    /// Waits, between two iterations, until whoever takes the messages of the run has caught up, so that what is under way
+    /// stays bounded. False where one of them has ended, and the run is to end with this step.
+    fn catch_up(&mut self) -> bool {
+        true
+    }
+
+    /// Has the nodes hand over their states with the next decision, which accepts `version` at time `t_s`; `controller` is
     /// the coordinator's part.
-    fn checkpoint(&mut self, version: Version, t_s: f64, course: Vec<u8>);
+    fn checkpoint(&mut self, version: Version, t_s: f64, controller: Vec<u8>);
 
     /// Tells the nodes the last decision and that the run is over.
     ///
@@ -82,7 +90,7 @@ pub trait Ensemble {
 }
 
 /// Told of everything that happens in a run; may ask to stop it after the current step.
-pub trait Observer {
+pub trait Listener {
     /// The nodes are ready; the energy each holds at t = 0, empty where a run goes on from a checkpoint.
     fn started(&mut self, ready: &[(String, Ready)]);
 
@@ -105,40 +113,40 @@ pub trait Observer {
 pub enum End {
     /// It reached its duration.
     Completed,
-    /// The observer asked to stop.
+    /// The listener asked to stop.
     Interrupted,
 }
 
-/// Runs the staggered iteration to the end, from t = 0 or from where `plan` and `course` go on; a checkpoint is taken
-/// every `checkpoint_steps` accepted steps (0: none) and where the observer asks to stop.
+/// Runs the staggered iteration to the end, from t = 0 or from where `plan` and `controller` go on; a checkpoint is taken
+/// every `checkpoint_steps` accepted steps (0: none) and where the listener asks to stop.
 ///
 /// # Errors
 /// A node is lost or fails, or the step falls under Δt_min. The nodes are told in each case but the first.
-pub fn drive<E: Ensemble>(
+pub fn run_loop<E: Ensemble>(
     ensemble: &mut E,
     plan: &Plan,
-    course: &mut Course,
+    controller: &mut CouplingController,
     checkpoint_steps: u64,
-    observer: &mut impl Observer,
+    listener: &mut impl Listener,
 ) -> Result<End, E::Error> {
     let mut ready = ensemble.start(plan)?;
-    if let Err(error) = vet_start(&mut ready) {
+    if let Err(error) = validate_start(&mut ready) {
         ensemble.finish(None, false, &error.to_string())?;
         return Err(error.into());
     }
     let fresh = plan.from.is_none_or(|from| from == Version::INITIAL);
-    observer.started(if fresh { &ready } else { &[] });
-    course.begin(ensemble)?;
+    listener.started(if fresh { &ready } else { &[] });
+    controller.begin(ensemble)?;
     let mut before: Option<Decision> = None;
-    while !course.control.finished() {
-        let task = course.task(Turn::Iterating);
-        let (version, last) = (task.version, course.control.is_last());
+    while !controller.control.finished() {
+        let task = controller.task(Group::Coupled);
+        let (version, last) = (task.version, controller.control.is_last());
         let mut outcomes = ensemble.iterate(before.as_ref(), &task)?;
-        course.residuals(ensemble, version, &mut outcomes)?;
-        if course.reads_now(&outcomes) {
-            outcomes.extend(ensemble.iterate(None, &course.task(Turn::Reading))?);
+        controller.residuals(ensemble, version, &mut outcomes)?;
+        if controller.observers_are_due(&outcomes) {
+            outcomes.extend(ensemble.iterate(None, &controller.task(Group::Observers))?);
         }
-        let judged = vet(&mut outcomes).and_then(|()| course.control.judge(&outcomes));
+        let judged = validate_replies(&mut outcomes).and_then(|()| controller.control.judge(&outcomes));
         let decision = match judged {
             Ok(decision) => decision,
             Err(error) => {
@@ -146,12 +154,13 @@ pub fn drive<E: Ensemble>(
                 return Err(error.into());
             }
         };
-        course.follow(ensemble, &decision, version, last)?;
+        controller.follow(ensemble, &decision, version, last)?;
         let accepted = decision.verdict() == Verdict::Accept;
-        let go_on = observer.decided(&decision, &outcomes);
+        let kept_up = ensemble.catch_up();
+        let go_on = listener.decided(&decision, &outcomes) && kept_up;
         let due = checkpoint_steps > 0 && version.step.is_multiple_of(checkpoint_steps);
-        if accepted && !course.control.finished() && (due || (!go_on && checkpoint_steps > 0)) {
-            ensemble.checkpoint(version, decision.t_s, course.save(observer.ledger(), observer.save())?);
+        if accepted && !controller.control.finished() && (due || (!go_on && checkpoint_steps > 0)) {
+            ensemble.checkpoint(version, decision.t_s, controller.save(listener.ledger(), listener.save())?);
         }
         before = Some(decision);
         if !go_on && accepted {
