@@ -1,3 +1,5 @@
+//! Settings of the push of a sound beam.
+
 use serde::Serialize;
 
 use super::Interface;

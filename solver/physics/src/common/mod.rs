@@ -6,10 +6,15 @@ pub mod conductance;
 pub mod contacts;
 pub mod linear;
 pub mod quadrature;
+pub(crate) mod random;
 pub mod rays;
 pub mod rows;
+pub(crate) mod simd;
 pub mod walls;
 pub mod width;
 
 pub use conductance::{Conductance, Partner, conductance};
 pub use walls::{Shape, Wall};
+
+/// A vector in space.
+pub(crate) type Vec3 = nalgebra::Vector3<f64>;

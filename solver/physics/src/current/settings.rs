@@ -1,3 +1,5 @@
+//! Settings of the electric current through the particles.
+
 use serde::Serialize;
 
 pub use super::conductivity::{Conductivity, Transition};

@@ -1,3 +1,5 @@
+//! Settings of the absorption of a laser.
+
 use serde::Serialize;
 
 pub use crate::common::beam::{Beam, Path, Profile, Pulses};

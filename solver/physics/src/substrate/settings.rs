@@ -1,3 +1,5 @@
+//! Settings of the stress in an elastic substrate.
+
 use serde::Serialize;
 use stagger_coupling::SolveError;
 

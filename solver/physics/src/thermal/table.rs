@@ -1,3 +1,5 @@
+//! A property that depends on temperature, as a table.
+
 use serde::Serialize;
 use stagger_coupling::SolveError;
 

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use stagger_coupling::math;
 
 use super::BondModel;
-use crate::particles::Vec3;
+use crate::common::Vec3;
 
 /// A bond and what it remembers.
 ///

@@ -14,11 +14,13 @@ use serde::{Deserialize, Serialize};
 use stagger_coupling::SolveError;
 
 use self::bond::{Bond, Ends, Pull};
-use super::{
-    Vec3,
-    settings_bonds::{BondSettings, BondStiffness},
+use crate::{
+    common::{
+        Vec3,
+        checks::{positive, setting},
+    },
+    particles::settings::{BondSettings, BondStiffness},
 };
-use crate::common::checks::{positive, setting};
 
 /// Bonds of a chunk that one thread computes.
 const CHUNK: usize = 1024;

@@ -4,19 +4,25 @@ mod cells;
 mod growth;
 mod lattice;
 mod radii;
-mod region;
 mod sequential_addition;
 mod settle;
 
-use rand_chacha::{
-    ChaCha8Rng,
-    rand_core::{RngCore, SeedableRng},
-};
 use stagger_coupling::{SolveError, math};
 use stagger_messages::Shown;
 
 use self::{growth::Growth, sequential_addition::SequentialAddition, settle::Settle};
-use super::{Settings, Start, Vec3};
+use crate::{
+    common::{Vec3, random::random},
+    particles::{
+        model::{
+            Model,
+            bodies::{Bodies, sphere_inertia, sphere_mass},
+            state::Motion,
+        },
+        motion::prepare::prepare,
+        settings::{Integrator, Settings, Start, validate},
+    },
+};
 
 /// The particles at t = 0, by row; all lists are of one length.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -60,6 +66,43 @@ pub fn place(settings: &Settings) -> Result<Placed, SolveError> {
     Ok(placed)
 }
 
+/// Checks `settings`, places the particles, and derives what does not change during a run.
+///
+/// # Errors
+/// [`SolveError::Start`] where the start cannot be made, [`SolveError::Mismatch`] where a setting is out of its range; the
+/// message names the setting.
+pub(super) fn model(settings: Settings) -> Result<Model, SolveError> {
+    validate::settings(&settings)?;
+    let start = at_start(&settings)?;
+    prepare(settings, start)
+}
+
+/// The particles at t = 0, in the order of the fields.
+fn at_start(settings: &Settings) -> Result<(Bodies, Motion), SolveError> {
+    let Placed { positions, mut velocities, radii, materials, mut spins } = place(settings)?;
+    if settings.integrator == Integrator::Held {
+        // What is left of settling, or was read from a file.
+        velocities.fill([0.0; 3]);
+    }
+    if settings.integrator == Integrator::Held || !settings.spin {
+        spins.fill([0.0; 3]);
+    }
+    let density = |material: &u16| settings.materials[usize::from(*material)].density_kg_m3;
+    let masses: Vec<f64> =
+        (radii.iter().zip(&materials)).map(|(&radius, material)| sphere_mass(radius, density(material))).collect();
+    let bodies = Bodies {
+        ids: (0u32..).take(radii.len()).collect(),
+        rows: (0u32..).take(radii.len()).collect(),
+        inertias: masses.iter().zip(&radii).map(|(&mass, &radius)| sphere_inertia(mass, radius)).collect(),
+        materials,
+        masses,
+        radii,
+    };
+    let vectors = |values: Vec<[f64; 3]>| values.into_iter().map(Vec3::from).collect::<Vec<_>>();
+    let [positions, velocities, spins] = [positions, velocities, spins].map(vectors);
+    Ok((bodies, Motion { positions, velocities, spins }))
+}
+
 fn placed(settings: &Settings) -> Result<Placed, SolveError> {
     let mut random = random(settings.seed);
     let bodies = radii::draw(&settings.groups, &mut random);
@@ -96,18 +139,6 @@ fn placed(settings: &Settings) -> Result<Placed, SolveError> {
         radii: bodies.radii,
         materials: bodies.materials,
     })
-}
-
-/// The stream of random numbers of a seed.
-fn random(seed: u64) -> ChaCha8Rng {
-    let mut key = [0u8; 32];
-    key[..8].copy_from_slice(&seed.to_le_bytes());
-    ChaCha8Rng::from_seed(key)
-}
-
-/// Uniform in [0, 1): the upper 53 bits of the next number.
-pub(super) fn uniform(random: &mut impl RngCore) -> f64 {
-    (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64
 }
 
 /// Volume of all spheres, in m³.

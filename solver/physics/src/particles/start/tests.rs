@@ -1,7 +1,15 @@
+//! Every start against its density, its limits and its seed.
+
 use proptest::prelude::*;
 
 use super::*;
-use crate::particles::{Group, Lattice, Radius, StartRegion};
+use crate::{
+    common::{
+        Vec3,
+        random::{random, uniform},
+    },
+    particles::settings::{Group, Lattice, Radius, StartRegion},
+};
 
 /// A box with its lower corner off the origin.
 fn cube(side: f64) -> StartRegion {
