@@ -39,7 +39,7 @@ pub enum Radius {
 
 impl Radius {
     /// One radius, in m.
-    pub(in crate::particles) fn draw(&self, random: &mut impl RngCore) -> f64 {
+    pub(crate) fn draw(&self, random: &mut impl RngCore) -> f64 {
         match *self {
             Self::Uniform { mean_m, spread_m } => mean_m + spread_m * (2.0 * uniform(random) - 1.0),
             Self::LogNormal { mean_m, deviation_m, minimum_m, maximum_m } => {
