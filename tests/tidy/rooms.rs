@@ -1,17 +1,20 @@
 //! The folders of the physics: no physics takes from another one, and those of the particles stand upon one another.
 
-use std::{collections::BTreeSet, path::Path};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::Path,
+};
 
 use super::{code, files, root, shown};
 
 const PHYSICS: &str = "solver/physics/src";
 
-/// The paths that begin with `crate` or `super` in code, use trees spread out.
+/// The paths that begin with `crate`, `super` or `self` in code, use trees spread out.
 fn paths(code: &str) -> Vec<Vec<String>> {
     let lines = code.lines().filter(|line| !line.trim_start().starts_with("//"));
     let code: String = lines.flat_map(|line| [line, "\n"]).collect();
     let mut found = Vec::new();
-    for word in ["crate::", "super::"] {
+    for word in ["crate::", "super::", "self::"] {
         for (at, _) in code.match_indices(word) {
             let before = code[..at].chars().next_back();
             if before.is_none_or(|before| !before.is_alphanumeric() && before != '_' && before != ':') {
@@ -62,20 +65,21 @@ fn module(src: &Path, file: &Path) -> Vec<String> {
 fn named(src: &Path, file: &Path) -> BTreeSet<Vec<String>> {
     let absolute = |path: Vec<String>| {
         let up = path.iter().take_while(|part| *part == "super").count();
-        if up == 0 {
-            return path[1..].to_vec();
-        }
-        let module = module(src, file);
-        module[..module.len().saturating_sub(up)].iter().chain(&path[up..]).cloned().collect()
+        let module = match path[0].as_str() {
+            "crate" => Vec::new(),
+            _ => module(src, file),
+        };
+        let from = path.iter().take_while(|part| ["crate", "super", "self"].contains(&part.as_str())).count();
+        module[..module.len().saturating_sub(up)].iter().chain(&path[from..]).cloned().collect()
     };
     paths(&code(file)).into_iter().map(absolute).collect()
 }
 
 #[test]
 fn a_use_tree_is_spread_out() {
-    let code = "use crate::{a::{b, C as D}, e};\n// use crate::no;\nlet x = super::super::f::g(1) + mycrate::h;\nuse super::*;";
+    let code = "use crate::{a::{b, C as D}, e};\n// use crate::no;\nlet x = super::super::f::g(1) + mycrate::h;\nuse super::*; self::i();";
     let shown: Vec<String> = paths(code).iter().map(|path| path.join(" ")).collect();
-    assert_eq!(shown, ["crate a b", "crate a C", "crate e", "super super f g", "super "]);
+    assert_eq!(shown, ["crate a b", "crate a C", "crate e", "super super f g", "super ", "self i"]);
 }
 
 #[test]
@@ -125,4 +129,33 @@ fn the_rooms_of_the_particles_stand_upon_one_another() {
             assert!(below, "{} takes {}, which is not below {own}", shown(&file), path.join("::"));
         }
     }
+}
+
+#[test]
+fn no_files_of_the_particles_go_in_a_circle() {
+    let src = root().join(PHYSICS);
+    let files: BTreeMap<Vec<String>, _> =
+        files(&src.join("particles"), &[".rs"]).into_iter().map(|file| (module(&src, &file), file)).collect();
+    // The files that each file takes from: those of the longest module its paths begin with.
+    let mut takes: BTreeMap<&Vec<String>, BTreeSet<&Vec<String>>> = BTreeMap::new();
+    for (module, file) in &files {
+        let paths = named(&src, file);
+        let of = paths.iter().filter_map(|path| {
+            (1..=path.len()).rev().find_map(|length| files.get_key_value(&path[..length])).map(|(module, _)| module)
+        });
+        takes.insert(module, of.filter(|taken| *taken != module).collect());
+    }
+    // Those that take from none are taken away again and again; a circle stays.
+    loop {
+        let done: Vec<&Vec<String>> =
+            takes.iter().filter(|(_, from)| from.is_empty()).map(|(module, _)| *module).collect();
+        if done.is_empty() {
+            break;
+        }
+        takes.retain(|module, _| !done.contains(module));
+        for from in takes.values_mut() {
+            from.retain(|module| !done.contains(module));
+        }
+    }
+    assert!(takes.is_empty(), "in a circle, or above one: {:?}", takes.keys());
 }

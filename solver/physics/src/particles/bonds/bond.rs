@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use serde::{Deserialize, Serialize};
 use stagger_coupling::math;
 
-use super::BondModel;
+use super::model::BondModel;
 use crate::common::Vec3;
 
 /// A bond and what it remembers.

@@ -13,7 +13,7 @@ use rand_chacha::rand_core::RngCore;
 use stagger_coupling::{SolveError, math};
 
 use self::flight::Flight;
-use super::{sequential_addition::SequentialAddition, volume};
+use super::{radii::volume, sequential_addition::SequentialAddition};
 use crate::{
     common::{Vec3, random::uniform},
     particles::settings::StartRegion,

@@ -3,45 +3,22 @@
 mod cells;
 mod growth;
 mod lattice;
+mod placed;
 mod radii;
 mod sequential_addition;
 mod settle;
 
-use stagger_coupling::{SolveError, math};
-use stagger_messages::Shown;
+use stagger_coupling::SolveError;
 
+pub use self::placed::Placed;
 use self::{growth::Growth, sequential_addition::SequentialAddition, settle::Settle};
 use crate::{
     common::{Vec3, random::random},
     particles::{
-        model::{
-            Model,
-            bodies::{Bodies, sphere_inertia, sphere_mass},
-            state::Motion,
-        },
-        motion::prepare::prepare,
-        settings::{Integrator, Settings, Start, validate},
+        model::Model,
+        settings::{Settings, Start, validate},
     },
 };
-
-/// The particles at t = 0, by row; all lists are of one length.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Placed {
-    /// Positions, in m.
-    pub positions: Vec<[f64; 3]>,
-    /// Velocities, in m/s.
-    pub velocities: Vec<[f64; 3]>,
-    /// Radii, in m.
-    pub radii: Vec<f64>,
-    /// Materials, as indices into [`Settings::materials`].
-    pub materials: Vec<u16>,
-    /// Spins, in rad/s.
-    pub spins: Vec<[f64; 3]>,
-}
-
-/// Largest rounding error of a position over the radius with which contacts are computed: a contact's overlap is some
-/// hundredths of the radius, of which this is a per cent.
-const COARSEST: f64 = 1e-4;
 
 /// Places the particles of `settings`, of all groups jointly, largest first. The same seed gives the same numbers on every
 /// machine; given particles keep their order.
@@ -50,20 +27,7 @@ const COARSEST: f64 = 1e-4;
 /// [`SolveError::Start`] where the particles do not fit, or not within the bounded effort of the method, or where they are so
 /// far from the origin that rounding moves them by more than a ten-thousandth of their radius.
 pub fn place(settings: &Settings) -> Result<Placed, SolveError> {
-    let placed = placed(settings)?;
-    for (row, (position, radius)) in placed.positions.iter().zip(&placed.radii).enumerate() {
-        let farthest = position.iter().fold(0.0f64, |farthest, x| farthest.max(x.abs()));
-        if f64::EPSILON * farthest > COARSEST * radius {
-            return Err(SolveError::Start(format!(
-                "particles: particle {row} of radius {:e} m starts {:e} m from the origin, where positions are \
-                 exact to {:.1e} m only; move the scene nearer to the origin",
-                Shown(*radius),
-                Shown(farthest),
-                f64::EPSILON * farthest
-            )));
-        }
-    }
-    Ok(placed)
+    placed::exact(place_by_kind(settings)?)
 }
 
 /// Checks `settings`, places the particles, and derives what does not change during a run.
@@ -73,37 +37,11 @@ pub fn place(settings: &Settings) -> Result<Placed, SolveError> {
 /// message names the setting.
 pub(super) fn model(settings: Settings) -> Result<Model, SolveError> {
     validate::settings(&settings)?;
-    let start = at_start(&settings)?;
-    prepare(settings, start)
+    let placed = place(&settings)?;
+    placed::model(settings, placed)
 }
 
-/// The particles at t = 0, in the order of the fields.
-fn at_start(settings: &Settings) -> Result<(Bodies, Motion), SolveError> {
-    let Placed { positions, mut velocities, radii, materials, mut spins } = place(settings)?;
-    if settings.integrator == Integrator::Held {
-        // What is left of settling, or was read from a file.
-        velocities.fill([0.0; 3]);
-    }
-    if settings.integrator == Integrator::Held || !settings.spin {
-        spins.fill([0.0; 3]);
-    }
-    let density = |material: &u16| settings.materials[usize::from(*material)].density_kg_m3;
-    let masses: Vec<f64> =
-        (radii.iter().zip(&materials)).map(|(&radius, material)| sphere_mass(radius, density(material))).collect();
-    let bodies = Bodies {
-        ids: (0u32..).take(radii.len()).collect(),
-        rows: (0u32..).take(radii.len()).collect(),
-        inertias: masses.iter().zip(&radii).map(|(&mass, &radius)| sphere_inertia(mass, radius)).collect(),
-        materials,
-        masses,
-        radii,
-    };
-    let vectors = |values: Vec<[f64; 3]>| values.into_iter().map(Vec3::from).collect::<Vec<_>>();
-    let [positions, velocities, spins] = [positions, velocities, spins].map(vectors);
-    Ok((bodies, Motion { positions, velocities, spins }))
-}
-
-fn placed(settings: &Settings) -> Result<Placed, SolveError> {
+fn place_by_kind(settings: &Settings) -> Result<Placed, SolveError> {
     let mut random = random(settings.seed);
     let bodies = radii::draw(&settings.groups, &mut random);
     let (positions, velocity) = match &settings.start {
@@ -139,11 +77,6 @@ fn placed(settings: &Settings) -> Result<Placed, SolveError> {
         radii: bodies.radii,
         materials: bodies.materials,
     })
-}
-
-/// Volume of all spheres, in m³.
-fn volume(radii: &[f64]) -> f64 {
-    radii.iter().map(|radius| 4.0 / 3.0 * std::f64::consts::PI * math::powi(*radius, 3)).sum()
 }
 
 #[cfg(test)]

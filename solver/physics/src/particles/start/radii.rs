@@ -1,6 +1,7 @@
 //! Radii and materials of what is to be placed, largest first.
 
 use rand_chacha::rand_core::RngCore;
+use stagger_coupling::math;
 
 use crate::particles::settings::Group;
 
@@ -21,4 +22,9 @@ pub(super) fn draw(groups: &[Group], random: &mut impl RngCore) -> Bodies {
     bodies.sort_by(|a, b| b.0.total_cmp(&a.0));
     let (radii, materials) = bodies.into_iter().unzip();
     Bodies { radii, materials }
+}
+
+/// Volume of all spheres, in m³.
+pub(super) fn volume(radii: &[f64]) -> f64 {
+    radii.iter().map(|radius| 4.0 / 3.0 * std::f64::consts::PI * math::powi(*radius, 3)).sum()
 }

@@ -4,7 +4,7 @@ use rand_chacha::rand_core::RngCore;
 use stagger_coupling::SolveError;
 use stagger_messages::Shown;
 
-use super::{cells::Cells, volume};
+use super::{cells::Cells, radii::volume};
 use crate::{
     common::{Vec3, random::uniform},
     particles::settings::StartRegion,

@@ -4,12 +4,16 @@ use rand_chacha::rand_core::RngCore;
 use stagger_coupling::{Frozen, SolveError, Window, math};
 use stagger_messages::Shown;
 
-use super::{radii::Bodies, sequential_addition::SequentialAddition, volume};
+use super::{
+    placed::{Placed, exact, model},
+    radii::{Bodies, draw, volume},
+    sequential_addition::SequentialAddition,
+};
 use crate::{
     common::{Vec3, Wall, random::random, walls},
     particles::{
         model::{Model, state::State},
-        settings::{FieldForces, Integrator, Settings, Start, StartRegion},
+        settings::{FieldForces, Integrator, Settings, Start, StartRegion, validate},
         window,
     },
 };
@@ -66,7 +70,16 @@ impl Settle {
         let gravity = Vec3::from(settings.gravity_m_s2);
         let region = region.extended(&bodies.radii, &gravity)?;
         let loose = SequentialAddition { region: &region, radii: &bodies.radii }.place(random)?;
-        let bed = super::model(bed(settings, bodies, &loose))?;
+        let placed = Placed {
+            positions: loose.iter().map(|&position| position.into()).collect(),
+            velocities: vec![[0.0; 3]; count],
+            radii: bodies.radii.clone(),
+            materials: bodies.materials.clone(),
+            spins: vec![[0.0; 3]; count],
+        };
+        let bed = bed(settings, &placed);
+        validate::settings(&bed)?;
+        let bed = model(bed, exact(placed)?)?;
         let (state, _) = window::initial(&bed)?;
         self.rest(&bed, state, &region)
     }
@@ -157,7 +170,7 @@ impl Settings {
     #[must_use]
     pub fn without_settling(mut self) -> Self {
         if let Start::Settle { region, .. } = self.start {
-            let radii = super::radii::draw(&self.groups, &mut random(self.seed)).radii;
+            let radii = draw(&self.groups, &mut random(self.seed)).radii;
             // What cannot be extended is refused when it is filled.
             let region = region.extended(&radii, &Vec3::from(self.gravity_m_s2)).unwrap_or(region);
             self.start = Start::SequentialAddition { region, velocity_m_s: [0.0; 3] };
@@ -167,14 +180,14 @@ impl Settings {
 }
 
 /// What settles: the scene's particles at the places of the loose filling, with nothing but contacts and gravity.
-fn bed(settings: &Settings, bodies: &Bodies, loose: &[Vec3]) -> Settings {
+fn bed(settings: &Settings, placed: &Placed) -> Settings {
     Settings {
         groups: Vec::new(),
         start: Start::Given {
-            positions_m: loose.iter().map(|&position| position.into()).collect(),
-            velocities_m_s: vec![[0.0; 3]; loose.len()],
-            radii_m: bodies.radii.clone(),
-            materials: bodies.materials.clone(),
+            positions_m: placed.positions.clone(),
+            velocities_m_s: placed.velocities.clone(),
+            radii_m: placed.radii.clone(),
+            materials: placed.materials.clone(),
             spins_rad_s: Vec::new(),
         },
         reads_temperature: false,

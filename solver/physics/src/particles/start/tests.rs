@@ -38,7 +38,7 @@ fn grown(
 ) -> Result<(Vec<Vec3>, Vec<f64>, StartRegion), SolveError> {
     let mut random = random(seed);
     let radii = radii::draw(&[uniform_radii(count, 1.0, spread, 0)], &mut random).radii;
-    let region = cube((volume(&radii) / fraction).cbrt());
+    let region = cube((radii::volume(&radii) / fraction).cbrt());
     let (lower, upper) = region.bounds();
     let positions = Growth { lower: lower.into(), upper: upper.into(), radii: &radii }.place(&mut random)?;
     Ok((positions, radii, region))
