@@ -3,6 +3,8 @@
 // Helpers of tests are not tests to clippy's `allow-unwrap-in-tests`.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+mod rooms;
+
 use std::path::{Path, PathBuf};
 
 /// Folders of the crates in the order of their dependencies: each may depend on those before it and on no other.

@@ -3,8 +3,8 @@
 use std::{collections::BTreeMap, ops::ControlFlow};
 
 use stagger_coupling::{
-    CouplingController, End, Ensemble, InProcess, InProcessError, Ledger, Listener, Outcome, Participant, PlanError, SolveError,
-    Task, run_loop, measured, plan,
+    CouplingController, End, Ensemble, InProcess, InProcessError, Ledger, Listener, Outcome, Participant, PlanError,
+    SolveError, Task, measured, plan, run_loop,
 };
 use stagger_messages::{Decision, Field, Fields, Plan, Ready, Source, Verdict, Version};
 

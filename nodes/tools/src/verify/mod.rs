@@ -384,7 +384,10 @@ impl Replay {
             let Some(Solver::Here(participant)) = self.solvers.get(&node) else { continue };
             let plan = self.plan.nodes.iter().find(|plan| plan.node == node);
             let read = |field: &str| plan.is_some_and(|plan| plan.sources.iter().any(|source| source.field == field));
-            let Some(port) = participant.ports().reads.into_iter().find(|port| !port.optional && !read(&port.field)) else { continue };
+            let Some(port) = participant.ports().reads.into_iter().find(|port| !port.optional && !read(&port.field))
+            else {
+                continue;
+            };
             let why = format!(
                 "{what} answered when it was recorded, and did not read `{}` as the physics does; --node {node} --with COMMAND \
                  has a program answer again",

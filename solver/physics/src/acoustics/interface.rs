@@ -1,3 +1,5 @@
+//! The surface between a fluid and the particles in it: how much of a sound wave it reflects (Zohdi 2018, eqs. 11.2–11.6).
+
 use nalgebra::Vector3;
 use serde::Serialize;
 use stagger_coupling::{SolveError, math};

@@ -1,3 +1,5 @@
+//! Settings of the push of a sound beam.
+
 use super::Acoustics;
 use crate::common::rays::POINTS;
 use serde::Serialize;

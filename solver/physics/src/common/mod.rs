@@ -10,8 +10,10 @@ pub mod linear;
 mod on_substrate;
 mod over_temperature;
 pub mod quadrature;
+pub(crate) mod random;
 pub mod rays;
 pub mod rows;
+pub(crate) mod simd;
 pub mod walls;
 pub mod width;
 
@@ -20,3 +22,6 @@ pub use conductance::{Conductance, Partner, conductance};
 pub use on_substrate::OnSubstrate;
 pub use over_temperature::Table;
 pub use walls::{Shape, Wall};
+
+/// A vector in space.
+pub(crate) type Vec3 = nalgebra::Vector3<f64>;

@@ -1,3 +1,5 @@
+//! The monograph's averaging of current densities over contacts (Zohdi 2018, eqs. 8.13–8.14).
+
 use std::f64::consts::PI;
 
 use stagger_coupling::{SolveError, math};

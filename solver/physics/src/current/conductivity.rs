@@ -1,3 +1,5 @@
+//! Electrical conductivity by temperature and electric field (Zohdi 2018, eq. 8.17).
+
 use serde::Serialize;
 use stagger_coupling::math;
 

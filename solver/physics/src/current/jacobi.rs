@@ -1,3 +1,5 @@
+//! Jacobi's iteration for a symmetric system (Zohdi 2018, section 8.4).
+
 use crate::common::linear::{
     Symmetric,
     conjugate_gradient::{Outcome, dot},

@@ -1,3 +1,5 @@
+//! Kirchhoff's laws on the network of contacts: potentials, currents and Joule heat.
+
 use std::f64::consts::PI;
 
 use stagger_coupling::SolveError;

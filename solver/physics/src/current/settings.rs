@@ -1,3 +1,5 @@
+//! Settings of the electric current through the particles.
+
 use super::Current;
 use crate::common::contacts;
 use serde::Serialize;

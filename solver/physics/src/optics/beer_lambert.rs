@@ -1,3 +1,5 @@
+//! The laser along parallel lines, absorbed by Beer and Lambert's law in the particles that a line crosses.
+
 use rayon::prelude::*;
 use stagger_coupling::{SolveError, math};
 

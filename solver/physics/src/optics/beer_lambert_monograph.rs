@@ -1,3 +1,5 @@
+//! The laser by the monograph's form of Beer and Lambert's law (Zohdi 2018, eqs. 6.38, 6.42 and 6.43).
+
 use std::f64::consts::PI;
 
 use rayon::prelude::*;

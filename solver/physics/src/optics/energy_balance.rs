@@ -1,3 +1,5 @@
+//! The laser's power spread evenly over the particles (Zohdi 2018, eq. 6.39).
+
 use super::NODE;
 use stagger_coupling::{SolveError, math};
 

@@ -1,3 +1,5 @@
+//! Settings of the absorption of a laser.
+
 use super::Optics;
 use crate::common::rays::POINTS;
 use serde::Serialize;

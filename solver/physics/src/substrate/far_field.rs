@@ -204,7 +204,7 @@ impl Groups {
 mod tests {
     use super::*;
     use crate::{
-        particles::lanes::Triple,
+        common::simd::Triple,
         substrate::point_load::{COMPONENTS, add},
     };
 

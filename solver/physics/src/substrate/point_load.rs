@@ -1,7 +1,7 @@
 //! A point load on an elastic half-space: Boussinesq (1885) for its normal part, Cerruti (1882) for its tangential part.
 
 use super::{Load, NEAR_RADII};
-use crate::particles::lanes::{Real, Triple};
+use crate::common::simd::{Real, Triple};
 
 /// Components of a symmetric tensor, in the order xx, yy, zz, xy, yz, zx.
 pub(super) const COMPONENTS: usize = 6;

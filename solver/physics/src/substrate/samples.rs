@@ -9,9 +9,9 @@ use super::{
     hertz_disc,
     point_load::{COMPONENTS, Source, add, distance_squared},
 };
-use crate::{
-    common::width,
-    particles::lanes::{Lanes, Triple},
+use crate::common::{
+    simd::{Lanes, Triple},
+    width,
 };
 
 /// Points of a chunk: what a thread works on, a multiple of every processor's lanes.

@@ -1,3 +1,5 @@
+//! Settings of the stress in an elastic substrate.
+
 use super::Substrate;
 use crate::common::{Bodies, OnSubstrate};
 use serde::Serialize;

@@ -1,3 +1,5 @@
+//! Heat that particles exchange with their surroundings by convection and radiation.
+
 use stagger_coupling::{SolveError, math};
 use std::f64::consts::PI;
 

@@ -1,3 +1,5 @@
+//! Settings of the particles' temperature.
+
 use std::f64::consts::PI;
 
 use serde::Serialize;

@@ -1,3 +1,5 @@
+//! The trapezoidal rule for temperatures, solved by fixed-point sweeps (Zohdi 2018, eqs. 6.44 and 10.30).
+
 use super::{
     Settings,
     network::Network,

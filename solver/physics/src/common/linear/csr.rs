@@ -1,3 +1,5 @@
+//! A symmetric matrix in compressed rows, and its product with a vector.
+
 use rayon::prelude::*;
 
 /// Rows that one thread takes at a time, and entries that one partial sum adds up: fixed, so that no sum depends on the

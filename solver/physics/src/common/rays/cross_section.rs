@@ -1,3 +1,5 @@
+//! Where the rays of a beam pass its cross-section: points a golden angle apart (Vogel 1979) or drawn at random.
+
 use std::f64::consts::PI;
 
 use rand_chacha::{

@@ -1,3 +1,5 @@
+//! Reflectivity of a surface by Fresnel's equations, without polarisation.
+
 use nalgebra::Complex;
 use serde::Serialize;
 use stagger_coupling::math;

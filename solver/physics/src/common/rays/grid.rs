@@ -1,3 +1,5 @@
+//! Spheres by the cells of a regular grid that a ray crosses cell by cell (Amanatides & Woo 1987).
+
 use super::{Ray, Sphere, Vec3};
 use stagger_coupling::math;
 

@@ -1,3 +1,5 @@
+//! The paths of a few rays, to be shown.
+
 use super::{Grid, Limits, Ray, Strike, Vec3, follow};
 
 /// Rays whose paths are shown: enough to see where they go.

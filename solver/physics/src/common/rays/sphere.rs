@@ -1,3 +1,5 @@
+//! Rays and the spheres they meet.
+
 use super::Vec3;
 
 /// A ray.

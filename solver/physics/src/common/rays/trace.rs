@@ -1,3 +1,5 @@
+//! Rays followed from sphere to sphere until they end, with what each sphere is given.
+
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 

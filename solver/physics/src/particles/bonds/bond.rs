@@ -5,8 +5,8 @@ use std::f64::consts::PI;
 use serde::{Deserialize, Serialize};
 use stagger_coupling::math;
 
-use super::BondModel;
-use crate::particles::Vec3;
+use super::model::BondModel;
+use crate::common::Vec3;
 
 /// A bond and what it remembers.
 ///

@@ -1,9 +1,14 @@
+//! The bonds against closed solutions and conservation laws.
+
 use std::f64::consts::PI;
 
 use rand_chacha::{ChaCha8Rng, rand_core::SeedableRng};
 
 use super::*;
-use crate::particles::start::uniform;
+use crate::{
+    common::random::uniform,
+    particles::settings::{BondSettings, BondStiffness},
+};
 
 const SETTINGS: BondSettings = BondSettings {
     stiffness: BondStiffness::PerArea { normal_n_m3: 1e6, shear_n_m3: 4e5 },

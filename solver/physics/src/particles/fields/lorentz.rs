@@ -1,12 +1,13 @@
 //! Force of uniform electric and magnetic fields on charged particles (Zohdi 2018, eq. 6.19).
 
-use stagger_coupling::SolveError;
 use std::f64::consts::PI;
+
+use stagger_coupling::SolveError;
 
 use super::{Body, region::finite};
 use crate::{
-    common::checks::setting,
-    particles::{Charge, Electromagnetic, Presence, Vec3},
+    common::{Vec3, checks::setting},
+    particles::settings::{Charge, Electromagnetic, Presence},
 };
 
 /// q (E + v × B) inside a region, while the field is on.
@@ -135,7 +136,7 @@ impl HalfTurn {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::particles::FieldRegion;
+    use crate::particles::settings::FieldRegion;
 
     const BODY: Body = Body { radius_m: 0.5, mass_kg: 2.0, charge_c: 3.0 };
 

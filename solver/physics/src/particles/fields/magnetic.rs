@@ -1,11 +1,14 @@
 //! Force of a magnetic field on magnetisable particles, γ ∇(B·B) (Zohdi 2018, eq. 6.21).
 
-use super::{Body, region::finite};
 use stagger_coupling::SolveError;
 
+use super::{Body, region::finite};
 use crate::{
-    common::checks::{positive, setting},
-    particles::{Magnetic, MagneticSource, Presence, Vec3},
+    common::{
+        Vec3,
+        checks::{positive, setting},
+    },
+    particles::settings::{Magnetic, MagneticSource, Presence},
 };
 
 /// μ0/4π in T m/A (CODATA 2018; 1e-7 to ten digits).

@@ -1,5 +1,6 @@
 //! Field forces on particles: what acts on one particle alone ([`Fields::force`]) and the near field between them.
 
+mod drag;
 mod lorentz;
 mod magnetic;
 mod near_field;
@@ -14,7 +15,10 @@ pub use near_field::NearField;
 pub use near_list::NearList;
 use stagger_coupling::SolveError;
 
-use super::{Vec3, settings::Drag, settings_fields::FieldForces};
+use crate::{
+    common::Vec3,
+    particles::settings::{Drag, FieldForces},
+};
 
 /// What a field acts on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -149,7 +153,7 @@ mod tests {
     use std::f64::consts::PI;
 
     use super::*;
-    use crate::particles::{Charge, Electromagnetic, Magnetic, MagneticSource, Presence};
+    use crate::particles::settings::{Charge, Electromagnetic, Magnetic, MagneticSource, Presence};
 
     const BODY: Body = Body { radius_m: 0.5, mass_kg: 2.0, charge_c: 3.0 };
 

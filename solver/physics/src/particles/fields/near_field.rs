@@ -11,8 +11,8 @@ use stagger_coupling::{SolveError, math};
 
 use super::{Body, near_list::NearList};
 use crate::{
-    common::checks::setting,
-    particles::{Base, NearFieldSettings, Vec3},
+    common::{Vec3, checks::setting},
+    particles::settings::{Base, NearFieldSettings},
 };
 
 /// Pairs computed side by side: two registers of the smallest instruction set, which hides the latency of one.

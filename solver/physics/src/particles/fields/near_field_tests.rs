@@ -1,7 +1,12 @@
+//! The near field against sums over all pairs, and its limits.
+
 use rand_chacha::{ChaCha8Rng, rand_core::SeedableRng};
 
 use super::*;
-use crate::particles::{FieldRegion, Presence, start::uniform};
+use crate::{
+    common::random::uniform,
+    particles::settings::{FieldRegion, Presence},
+};
 
 /// Ch. 7 of the monograph: ᾱ1 0.5, β1 1, ᾱ2 0.01, β2 2, by mass, all pairs.
 const CHAPTER_7: NearFieldSettings = NearFieldSettings {

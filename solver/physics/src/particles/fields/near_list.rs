@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::particles::Vec3;
+use crate::common::Vec3;
 
 /// A list of more pairs than this (1 GiB) is not made: computing all pairs then costs little more than reading it.
 const PAIRS_LIMIT: usize = 1 << 28;

@@ -3,8 +3,11 @@
 use stagger_coupling::SolveError;
 
 use crate::{
-    common::checks::{reached, setting},
-    particles::{FieldRegion, Presence, Vec3},
+    common::{
+        Vec3,
+        checks::{reached, setting},
+    },
+    particles::settings::{FieldRegion, Presence},
 };
 
 impl Presence {

@@ -1,5 +1,8 @@
-use super::super::Vec3;
+//! A grid of cells that finds whether a sphere overlaps those placed before it.
+
 use stagger_coupling::math;
+
+use crate::common::Vec3;
 
 /// Cells at least as large as the largest diameter; a particle is chained in the cell of its centre.
 pub(super) struct Cells {

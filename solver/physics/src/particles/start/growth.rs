@@ -13,9 +13,10 @@ use rand_chacha::rand_core::RngCore;
 use stagger_coupling::{SolveError, math};
 
 use self::flight::Flight;
-use super::{
-    super::{StartRegion, Vec3},
-    SequentialAddition, uniform, volume,
+use super::{radii::volume, sequential_addition::SequentialAddition};
+use crate::{
+    common::{Vec3, random::uniform},
+    particles::settings::StartRegion,
 };
 
 /// Packing fraction that random sequential addition makes without effort.

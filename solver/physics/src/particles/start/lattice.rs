@@ -4,10 +4,10 @@ use rand_chacha::rand_core::RngCore;
 use stagger_coupling::{SolveError, math};
 use stagger_messages::Shown;
 
-use super::{
-    super::{Lattice, StartRegion, Vec3},
-    radii::Bodies,
-    uniform,
+use super::radii::Bodies;
+use crate::{
+    common::{Vec3, random::uniform},
+    particles::settings::{Lattice, StartRegion},
 };
 
 /// Largest region for a particle, in cubes of the neighbours' distance: all its cells may have to be looked at.

@@ -3,39 +3,22 @@
 mod cells;
 mod growth;
 mod lattice;
+mod placed;
 mod radii;
-mod region;
 mod sequential_addition;
 mod settle;
 
-use rand_chacha::{
-    ChaCha8Rng,
-    rand_core::{RngCore, SeedableRng},
-};
-use stagger_coupling::{SolveError, math};
-use stagger_messages::Shown;
+use stagger_coupling::SolveError;
 
+pub use self::placed::Placed;
 use self::{growth::Growth, sequential_addition::SequentialAddition, settle::Settle};
-use super::{Settings, Start, Vec3};
-
-/// The particles at t = 0, by row; all lists are of one length.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Placed {
-    /// Positions, in m.
-    pub positions: Vec<[f64; 3]>,
-    /// Velocities, in m/s.
-    pub velocities: Vec<[f64; 3]>,
-    /// Radii, in m.
-    pub radii: Vec<f64>,
-    /// Materials, as indices into [`Settings::materials`].
-    pub materials: Vec<u16>,
-    /// Spins, in rad/s.
-    pub spins: Vec<[f64; 3]>,
-}
-
-/// Largest rounding error of a position over the radius with which contacts are computed: a contact's overlap is some
-/// hundredths of the radius, of which this is a per cent.
-const COARSEST: f64 = 1e-4;
+use crate::{
+    common::{Vec3, random::random},
+    particles::{
+        model::Model,
+        settings::{Settings, Start, validate},
+    },
+};
 
 /// Places the particles of `settings`, of all groups jointly, largest first. The same seed gives the same numbers on every
 /// machine; given particles keep their order.
@@ -44,23 +27,21 @@ const COARSEST: f64 = 1e-4;
 /// [`SolveError::Start`] where the particles do not fit, or not within the bounded effort of the method, or where they are so
 /// far from the origin that rounding moves them by more than a ten-thousandth of their radius.
 pub fn place(settings: &Settings) -> Result<Placed, SolveError> {
-    let placed = placed(settings)?;
-    for (row, (position, radius)) in placed.positions.iter().zip(&placed.radii).enumerate() {
-        let farthest = position.iter().fold(0.0f64, |farthest, x| farthest.max(x.abs()));
-        if f64::EPSILON * farthest > COARSEST * radius {
-            return Err(SolveError::Start(format!(
-                "particles: particle {row} of radius {:e} m starts {:e} m from the origin, where positions are \
-                 exact to {:.1e} m only; move the scene nearer to the origin",
-                Shown(*radius),
-                Shown(farthest),
-                f64::EPSILON * farthest
-            )));
-        }
-    }
-    Ok(placed)
+    placed::exact(place_by_kind(settings)?)
 }
 
-fn placed(settings: &Settings) -> Result<Placed, SolveError> {
+/// Checks `settings`, places the particles, and derives what does not change during a run.
+///
+/// # Errors
+/// [`SolveError::Start`] where the start cannot be made, [`SolveError::Mismatch`] where a setting is out of its range; the
+/// message names the setting.
+pub(super) fn model(settings: Settings) -> Result<Model, SolveError> {
+    validate::settings(&settings)?;
+    let placed = place(&settings)?;
+    placed::model(settings, placed)
+}
+
+fn place_by_kind(settings: &Settings) -> Result<Placed, SolveError> {
     let mut random = random(settings.seed);
     let bodies = radii::draw(&settings.groups, &mut random);
     let (positions, velocity) = match &settings.start {
@@ -96,23 +77,6 @@ fn placed(settings: &Settings) -> Result<Placed, SolveError> {
         radii: bodies.radii,
         materials: bodies.materials,
     })
-}
-
-/// The stream of random numbers of a seed.
-fn random(seed: u64) -> ChaCha8Rng {
-    let mut key = [0u8; 32];
-    key[..8].copy_from_slice(&seed.to_le_bytes());
-    ChaCha8Rng::from_seed(key)
-}
-
-/// Uniform in [0, 1): the upper 53 bits of the next number.
-pub(super) fn uniform(random: &mut impl RngCore) -> f64 {
-    (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64
-}
-
-/// Volume of all spheres, in m³.
-fn volume(radii: &[f64]) -> f64 {
-    radii.iter().map(|radius| 4.0 / 3.0 * std::f64::consts::PI * math::powi(*radius, 3)).sum()
 }
 
 #[cfg(test)]

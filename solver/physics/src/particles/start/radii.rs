@@ -1,17 +1,9 @@
+//! Radii and materials of what is to be placed, largest first.
+
 use rand_chacha::rand_core::RngCore;
 use stagger_coupling::math;
 
-use super::{
-    super::{Group, Radius},
-    uniform,
-};
-
-/// Draws of a log-normal radius after which its nearest limit is taken, should hardly any fall between the limits.
-const DRAWS: u32 = 1000;
-
-/// Log-normal radii are rounded to this part of their mean: the functions that make them differ in the last digits from one
-/// machine to another, and a start must not.
-const FINENESS: f64 = (1u64 << 30) as f64;
+use crate::particles::settings::Group;
 
 /// What is to be placed, largest first.
 pub(super) struct Bodies {
@@ -32,72 +24,7 @@ pub(super) fn draw(groups: &[Group], random: &mut impl RngCore) -> Bodies {
     Bodies { radii, materials }
 }
 
-impl Radius {
-    /// One radius, in m.
-    pub(in super::super) fn draw(&self, random: &mut impl RngCore) -> f64 {
-        match *self {
-            Self::Uniform { mean_m, spread_m } => mean_m + spread_m * (2.0 * uniform(random) - 1.0),
-            Self::LogNormal { mean_m, deviation_m, minimum_m, maximum_m } => {
-                // Mean and deviation of ln R from those of R (Johnson, Kotz & Balakrishnan 1994, ch. 14).
-                let variance = math::ln(1.0 + math::powi(deviation_m / mean_m, 2));
-                let (location, scale) = (math::ln(mean_m) - 0.5 * variance, variance.sqrt());
-                let mut radius = mean_m;
-                for _ in 0..DRAWS {
-                    let drawn = math::exp(location + scale * normal(random)) / mean_m;
-                    radius = mean_m * (drawn * FINENESS).round() / FINENESS;
-                    if (minimum_m..=maximum_m).contains(&radius) {
-                        return radius;
-                    }
-                }
-                radius.clamp(minimum_m, maximum_m)
-            }
-        }
-    }
-
-    /// The largest radius it can give, in m.
-    #[must_use]
-    pub fn largest_m(&self) -> f64 {
-        match *self {
-            Self::Uniform { mean_m, spread_m } => mean_m + spread_m,
-            Self::LogNormal { maximum_m, .. } => maximum_m,
-        }
-    }
-
-    /// The smallest radius it can give, in m.
-    #[must_use]
-    pub fn smallest_m(&self) -> f64 {
-        match *self {
-            Self::Uniform { mean_m, spread_m } => mean_m - spread_m,
-            Self::LogNormal { minimum_m, .. } => minimum_m,
-        }
-    }
-
-    /// The radius that a twentieth of those it gives are below, in m; of a log-normal distribution before limits cut it, or its
-    /// smallest radius.
-    #[must_use]
-    pub fn small_m(&self) -> f64 {
-        match *self {
-            Self::Uniform { mean_m, spread_m } => mean_m - 0.9 * spread_m,
-            Self::LogNormal { mean_m, deviation_m, minimum_m, .. } => {
-                // ln R is normal with this variance and mean; 1.645 of its deviations below lies a twentieth.
-                let variance = math::ln_1p(math::powi(deviation_m / mean_m, 2));
-                minimum_m.max(mean_m * math::exp(-0.5 * variance - 1.645 * variance.sqrt()))
-            }
-        }
-    }
-
-    /// Its mean, before limits cut it, in m.
-    #[must_use]
-    pub fn mean_m(&self) -> f64 {
-        match *self {
-            Self::Uniform { mean_m, .. } | Self::LogNormal { mean_m, .. } => mean_m,
-        }
-    }
-}
-
-/// A number of the standard normal distribution (Box & Muller 1958).
-fn normal(random: &mut impl RngCore) -> f64 {
-    // 1 − u lies in (0, 1], so that the logarithm is finite.
-    let radius = (-2.0 * math::ln(1.0 - uniform(random))).sqrt();
-    radius * math::cos(std::f64::consts::TAU * uniform(random))
+/// Volume of all spheres, in m³.
+pub(super) fn volume(radii: &[f64]) -> f64 {
+    radii.iter().map(|radius| 4.0 / 3.0 * std::f64::consts::PI * math::powi(*radius, 3)).sum()
 }

@@ -4,10 +4,10 @@ use rand_chacha::rand_core::RngCore;
 use stagger_coupling::SolveError;
 use stagger_messages::Shown;
 
-use super::{
-    super::{StartRegion, Vec3},
-    cells::Cells,
-    uniform, volume,
+use super::{cells::Cells, radii::volume};
+use crate::{
+    common::{Vec3, random::uniform},
+    particles::settings::StartRegion,
 };
 
 /// Packing fraction at which random sequential addition of equal spheres jams (Zhang & Torquato 2013: 0.3841).

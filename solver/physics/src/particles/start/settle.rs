@@ -1,16 +1,22 @@
 //! Spheres that fall between the scene's walls and come to rest: a loose filling, and then the particles' own dynamics.
 
 use rand_chacha::rand_core::RngCore;
-use stagger_coupling::{Frozen, Physics as _, SolveError, Window, math};
+use stagger_coupling::{Frozen, SolveError, Window, math};
 use stagger_messages::Shown;
 
 use super::{
-    super::{FieldForces, Integrator, Particles, Settings, Start, StartRegion, State, Vec3},
-    SequentialAddition,
-    radii::Bodies,
-    volume,
+    placed::{Placed, exact, model},
+    radii::{Bodies, draw, volume},
+    sequential_addition::SequentialAddition,
 };
-use crate::common::{Wall, walls};
+use crate::{
+    common::{Vec3, Wall, random::random, walls},
+    particles::{
+        model::{Model, state::State},
+        settings::{FieldForces, Integrator, Settings, Start, StartRegion, validate},
+        window,
+    },
+};
 
 /// Packing fraction of the loose filling, below what random sequential addition makes without effort.
 const LOOSE: f64 = 0.2;
@@ -64,12 +70,21 @@ impl Settle {
         let gravity = Vec3::from(settings.gravity_m_s2);
         let region = region.extended(&bodies.radii, &gravity)?;
         let loose = SequentialAddition { region: &region, radii: &bodies.radii }.place(random)?;
-        let bed = Particles::new(bed(settings, bodies, &loose))?;
-        let (state, _) = bed.initial()?;
+        let placed = Placed {
+            positions: loose.iter().map(|&position| position.into()).collect(),
+            velocities: vec![[0.0; 3]; count],
+            radii: bodies.radii.clone(),
+            materials: bodies.materials.clone(),
+            spins: vec![[0.0; 3]; count],
+        };
+        let bed = bed(settings, &placed);
+        validate::settings(&bed)?;
+        let bed = model(bed, exact(placed)?)?;
+        let (state, _) = window::initial(&bed)?;
         self.rest(&bed, state, &region)
     }
 
-    fn rest(&self, bed: &Particles, mut state: State, region: &StartRegion) -> Result<Vec<Vec3>, SolveError> {
+    fn rest(&self, bed: &Model, mut state: State, region: &StartRegion) -> Result<Vec<Vec3>, SolveError> {
         clear_of_walls(bed, &state)?;
         let bodies = state.bodies.clone();
         let count = bodies.len() as f64;
@@ -155,7 +170,7 @@ impl Settings {
     #[must_use]
     pub fn without_settling(mut self) -> Self {
         if let Start::Settle { region, .. } = self.start {
-            let radii = super::radii::draw(&self.groups, &mut super::random(self.seed)).radii;
+            let radii = draw(&self.groups, &mut random(self.seed)).radii;
             // What cannot be extended is refused when it is filled.
             let region = region.extended(&radii, &Vec3::from(self.gravity_m_s2)).unwrap_or(region);
             self.start = Start::SequentialAddition { region, velocity_m_s: [0.0; 3] };
@@ -165,14 +180,14 @@ impl Settings {
 }
 
 /// What settles: the scene's particles at the places of the loose filling, with nothing but contacts and gravity.
-fn bed(settings: &Settings, bodies: &Bodies, loose: &[Vec3]) -> Settings {
+fn bed(settings: &Settings, placed: &Placed) -> Settings {
     Settings {
         groups: Vec::new(),
         start: Start::Given {
-            positions_m: loose.iter().map(|&position| position.into()).collect(),
-            velocities_m_s: vec![[0.0; 3]; loose.len()],
-            radii_m: bodies.radii.clone(),
-            materials: bodies.materials.clone(),
+            positions_m: placed.positions.clone(),
+            velocities_m_s: placed.velocities.clone(),
+            radii_m: placed.radii.clone(),
+            materials: placed.materials.clone(),
             spins_rad_s: Vec::new(),
         },
         reads_temperature: false,
@@ -206,7 +221,7 @@ fn held(wall: &Wall) -> Wall {
 }
 
 /// Refuses a filling that reaches into a wall, from where it would be flung out, or never come back.
-fn clear_of_walls(bed: &Particles, state: &State) -> Result<(), SolveError> {
+fn clear_of_walls(bed: &Model, state: &State) -> Result<(), SolveError> {
     let contacts = &state.wall_contacts;
     if contacts.deepest <= TOUCH {
         return Ok(());
@@ -223,7 +238,7 @@ fn clear_of_walls(bed: &Particles, state: &State) -> Result<(), SolveError> {
 }
 
 /// One window, cut into shorter ones where it does not converge whole.
-fn advance(bed: &Particles, mut state: State, window_s: f64) -> Result<State, SolveError> {
+fn advance(bed: &Model, mut state: State, window_s: f64) -> Result<State, SolveError> {
     let (mut left_s, mut dt_s, mut cuts, mut substeps) = (window_s, window_s, 0, 0.0);
     while left_s > 0.0 {
         if substeps > LARGEST_SUBSTEPS {
@@ -234,7 +249,7 @@ fn advance(bed: &Particles, mut state: State, window_s: f64) -> Result<State, So
             )));
         }
         let now_s = dt_s.min(left_s);
-        let (next, reply) = bed.solve(&state, &Frozen::default(), Window { t_s: 0.0, dt_s: now_s })?;
+        let (next, reply) = window::solve(bed, &state, &Frozen::default(), Window { t_s: 0.0, dt_s: now_s })?;
         match reply.not_converged {
             None => {
                 state = next;

@@ -1,7 +1,15 @@
+//! Every start against its density, its limits and its seed.
+
 use proptest::prelude::*;
 
 use super::*;
-use crate::particles::{Group, Lattice, Radius, StartRegion};
+use crate::{
+    common::{
+        Vec3,
+        random::{random, uniform},
+    },
+    particles::settings::{Group, Lattice, Radius, StartRegion},
+};
 
 /// A box with its lower corner off the origin.
 fn cube(side: f64) -> StartRegion {
@@ -30,7 +38,7 @@ fn grown(
 ) -> Result<(Vec<Vec3>, Vec<f64>, StartRegion), SolveError> {
     let mut random = random(seed);
     let radii = radii::draw(&[uniform_radii(count, 1.0, spread, 0)], &mut random).radii;
-    let region = cube((volume(&radii) / fraction).cbrt());
+    let region = cube((radii::volume(&radii) / fraction).cbrt());
     let (lower, upper) = region.bounds();
     let positions = Growth { lower: lower.into(), upper: upper.into(), radii: &radii }.place(&mut random)?;
     Ok((positions, radii, region))

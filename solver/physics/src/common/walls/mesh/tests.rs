@@ -1,3 +1,5 @@
+//! A sphere against meshes of triangles, whose contacts must not depend on how a surface is cut.
+
 use proptest::prelude::*;
 
 use super::*;
