@@ -7,7 +7,7 @@ use std::{collections::BTreeMap, f64::consts::PI, sync::Arc};
 
 use nalgebra::Vector3;
 use stagger_coupling::{Frozen, Physics, Reply, SolveError, Window, math};
-use stagger_messages::{Energy, Field, Fields, Measure, Port, Ports};
+use stagger_messages::{Energy, Field, Fields, Geometry, Measure, Port, Ports};
 
 pub use self::{
     interface::Interface,
@@ -132,13 +132,12 @@ impl Physics for Acoustics {
     type State = ();
 
     fn ports(&self) -> Ports {
-        Ports {
-            reads: vec![
-                Port::f64("positions", "m", "particles", 3, Measure::None),
-                Port::f64("radii", "m", "particles", 1, Measure::None),
-            ],
-            writes: [&self.force, &self.paths].map(|port| (**port).clone()).into(),
-        }
+        let reads = vec![
+            Port::f64("positions", "m", "particles", 3, Measure::None),
+            Port::f64("radii", "m", "particles", 1, Measure::None),
+        ];
+        Ports::new(reads, [&self.force, &self.paths].map(|port| (**port).clone()).into())
+            .with(Geometry::points(&self.paths.support, &self.paths.field))
     }
 
     fn initial(&self) -> Result<((), Reply), SolveError> {

@@ -16,7 +16,7 @@ use network::Terminal;
 use particles::Particles;
 use serde::{Deserialize, Serialize};
 pub use settings::*;
-use stagger_messages::{Energy, Field, Fields, Measure, Port, Ports, Support};
+use stagger_messages::{Energy, Field, Fields, Geometry, Measure, Port, Ports, Support};
 
 use crate::common::{
     checks::{energy_j, positive, reached, setting},
@@ -296,7 +296,8 @@ impl Physics for Current {
         }
         let Written { joule_power, current_density, wall_current, wall_current_density, potential } = &self.written;
         let written = [joule_power, current_density, wall_current, wall_current_density];
-        Ports { reads, writes: written.into_iter().chain(potential).map(|port| (**port).clone()).collect() }
+        let writes = written.into_iter().chain(potential).map(|port| (**port).clone()).collect();
+        Ports::new(reads, writes).with(Geometry::global(&wall_current.support))
     }
 
     fn initial(&self) -> Result<(State, Reply), SolveError> {

@@ -13,7 +13,7 @@ pub use beer_lambert::Lines;
 use rays::Rays;
 use serde::{Deserialize, Serialize};
 pub use settings::*;
-use stagger_messages::{Energy, Field, Fields, Measure, Port, Ports, Support};
+use stagger_messages::{Energy, Field, Fields, Geometry, Measure, Port, Ports, Support};
 
 use crate::common::{
     beam::{AtInstant, Frame, ends},
@@ -227,7 +227,12 @@ impl Physics for Optics {
             reads.push(Port::u32("material", "particles", 1));
         }
         let writes = [absorbed_power, beam_spot, beam_radius, beam_power].into_iter().chain(ray_paths);
-        Ports { reads, writes: writes.map(|port| (**port).clone()).collect() }
+        let ports = Ports::new(reads, writes.map(|port| (**port).clone()).collect())
+            .with(Geometry::global(&beam_power.support));
+        match ray_paths {
+            Some(paths) => ports.with(Geometry::points(&paths.support, &paths.field)),
+            None => ports,
+        }
     }
 
     fn initial(&self) -> Result<(State, Reply), SolveError> {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use stagger_messages::{Field, Measure, MessageError, Port};
+use stagger_messages::{Field, Geometry, Measure, MessageError, Port};
 
 use super::{
     PARALLEL_PARTICLES, Particles, State, Vec3,
@@ -38,6 +38,11 @@ impl ContactPorts {
             distance: Arc::new(port("distance", "m")),
             force: forces.then(|| Arc::new(port("normal_force", "N"))),
         }
+    }
+
+    /// The support of the list: pairs of rows of `of` and `with`.
+    pub fn geometry(&self, of: &str, with: &str) -> Geometry {
+        Geometry::pairs(&self.pairs.support, &self.pairs.field, of, with)
     }
 
     pub fn all(&self) -> impl Iterator<Item = &Arc<Port>> {

@@ -53,7 +53,7 @@ mod wall_list;
 
 use std::sync::Arc;
 
-use stagger_messages::{Energy, Field, Fields, Measure, Port, Ports};
+use stagger_messages::{Energy, Field, Fields, Geometry, Measure, Port, Ports};
 
 pub use domain::{Body, Domain, Moved};
 pub use expectation::Expectation;
@@ -498,10 +498,12 @@ impl Physics for Particles {
         let material = self.settings.writes_material.then_some(&self.material);
         let vapourised = self.settings.reads_vapourised.then(|| Port::u8("vapourised", "particles", 1));
         let written = written.chain(lists).chain(loads).chain(ids).chain(material);
-        Ports {
-            reads: self.reads().into_iter().chain(vapourised).collect(),
-            writes: written.map(|port| (**port).clone()).collect(),
-        }
+        let writes = written.map(|port| (**port).clone()).collect();
+        let particles = &self.positions.support;
+        Ports::new(self.reads().into_iter().chain(vapourised).collect(), writes)
+            .with(Geometry::spheres(particles, &self.positions.field, &self.radii.field))
+            .with(self.contact_ports.geometry(particles, particles))
+            .with(self.wall_contact_ports.geometry(particles, "walls"))
     }
 
     fn initial(&self) -> Result<(State, Reply), SolveError> {

@@ -13,7 +13,7 @@ use std::{collections::BTreeMap, sync::Arc};
 use half_space::HalfSpace;
 use nalgebra::Vector3;
 use stagger_coupling::{Frozen, Physics, Reply, SolveError, Window, math};
-use stagger_messages::{Field, Fields, Measure, Port, Ports};
+use stagger_messages::{Field, Fields, Geometry, Measure, Port, Ports};
 
 pub use self::{
     deflection::deflection_m,
@@ -251,7 +251,10 @@ impl Physics for Substrate {
             reads.push(Port::f64("radii", "m", "particles", 1, Measure::None));
             writes.push((**deflection).clone());
         }
-        Ports { reads, writes }
+        Ports::new(reads, writes).with(match (self.settings.grids.as_slice(), self.settings.points_m.as_slice()) {
+            ([grid], []) => Geometry::grid(&stress.support, grid.as_support()),
+            _ => Geometry::points(&stress.support, &position.field),
+        })
     }
 
     fn initial(&self) -> Result<((), Reply), SolveError> {

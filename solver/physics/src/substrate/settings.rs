@@ -53,6 +53,22 @@ impl Grid {
         [0, 1, 2].map(|axis| ((self.upper_m[axis] - self.lower_m[axis]) / self.spacing_m).round().max(1.0) as usize)
     }
 
+    /// The grid as a support: cells whose middles are [`Grid::points_m`]. Along a side of no length the cell has the side
+    /// asked for.
+    #[must_use]
+    pub fn as_support(&self) -> stagger_messages::Grid {
+        let counts = self.counts();
+        let width = |axis: usize| self.upper_m[axis] - self.lower_m[axis];
+        let spacing_m = [0, 1, 2].map(|axis| match width(axis) {
+            0.0 => self.spacing_m,
+            width => width / counts[axis] as f64,
+        });
+        let origin_m =
+            [0, 1, 2].map(|axis| self.lower_m[axis] - if width(axis) == 0.0 { 0.5 * spacing_m[axis] } else { 0.0 });
+        // A count beyond 32 bits is beyond the limit of points; the support then has a fault, which is told.
+        stagger_messages::Grid::of_cells(origin_m, spacing_m, counts.map(|count| u32::try_from(count).unwrap_or(0)))
+    }
+
     /// The points, in m; x runs fastest, then y.
     pub fn points_m(&self) -> impl Iterator<Item = [f64; 3]> + '_ {
         let [nx, ny, nz] = self.counts();

@@ -273,7 +273,7 @@ impl Physics for Thermal {
         }
         let phases = [&self.melted, &self.vapourised].into_iter().filter(|_| self.changes_phase());
         let writes = [&self.temperature].into_iter().chain(phases).map(|port| (**port).clone()).collect();
-        Ports { reads, writes }
+        Ports::new(reads, writes)
     }
 
     fn initial(&self) -> Result<(State, Reply), SolveError> {
