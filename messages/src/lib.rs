@@ -19,7 +19,7 @@ pub use error::MessageError;
 pub use field::{Field, Fields, Values};
 pub use schema::*;
 pub use shown::Shown;
-pub use support::{Supports, kind};
+pub use support::{Supports, Told, kind};
 
 /// The types generated from `messages/proto`.
 mod schema {

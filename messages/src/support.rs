@@ -1,10 +1,16 @@
 //! What the rows of a support are in space, as a node describes it and as a reader looks it up.
 
-use std::{collections::BTreeMap, sync::Arc};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fmt::{self, Display, Formatter},
+    sync::Arc,
+};
+
+use serde::Serialize;
 
 use crate::{
     Centring, Field, Fields, Geometry, Global, Grid, Manifest, MessageError, Pairs, Points, Port, Ports, ValueKind,
-    geometry::Shape,
+    geometry::Shape, shown_name,
 };
 
 /// Coordinates of a point.
@@ -174,12 +180,31 @@ impl Supports {
     /// counts as rows without a place.
     #[must_use]
     pub fn shape(&self, support: &str, fields: &Fields) -> Shape {
-        let mut on_it = fields.values().filter(|field| field.port.support == support);
+        let on_it = fields.values().filter(|field| field.port.support == support);
         match self.0.get(support) {
-            Some(Shape::Grid(grid)) if on_it.any(|field| field.rows() != grid.rows()) => Shape::Global(Global {}),
+            Some(Shape::Grid(grid)) if on_it.clone().any(|field| field.rows() != grid.rows()) => {
+                Shape::Global(Global {})
+            }
             Some(shape) => shape.clone(),
-            None => convention(support, fields),
+            None => convention(support, on_it.map(|field| &*field.port)),
         }
+    }
+
+    /// Every support that the fields written by some nodes stand on, or that they describe, by name, as it is told.
+    #[must_use]
+    pub fn told<'p>(ports: impl IntoIterator<Item = &'p Ports>) -> BTreeMap<String, Told> {
+        let ports: Vec<&Ports> = ports.into_iter().collect();
+        let described = Self::of(ports.iter().copied());
+        let written = || ports.iter().flat_map(|ports| &ports.writes);
+        let names = described.0.keys().chain(written().map(|port| &port.support));
+        let mut told = BTreeMap::new();
+        for name in names.cloned().collect::<BTreeSet<_>>() {
+            let on_it = written().filter(|port| port.support == name);
+            let shape = described.0.get(&name).cloned().unwrap_or_else(|| convention(&name, on_it.clone()));
+            let fields = on_it.map(|port| port.field.clone()).collect();
+            told.insert(name, Told::of(shape, fields));
+        }
+        told
     }
 
     /// Every support that a state's fields stand on, by name, with what its rows are.
@@ -197,8 +222,8 @@ impl Supports {
 }
 
 /// What recordings without descriptions mean: the supports as the built-in physics named them then, pairs of indices are
-/// pairs of particles, and all else has no place.
-fn convention(support: &str, fields: &Fields) -> Shape {
+/// pairs of particles, and all else has no place. The ports are those of the fields on the support.
+fn convention<'p>(support: &str, ports: impl Iterator<Item = &'p Port> + Clone) -> Shape {
     let points = |positions: &str, radii: &str| Points { positions: positions.into(), radii: radii.into() };
     let known = match support {
         "particles" => Some(points("positions", "radii")),
@@ -207,19 +232,96 @@ fn convention(support: &str, fields: &Fields) -> Shape {
         "acoustic-rays" => Some(points("acoustic_paths", "")),
         _ => None,
     };
-    let on_it = |name: &str| fields.get(name).is_some_and(|field| field.port.support == support);
-    if let Some(points) = known.filter(|points| on_it(&points.positions)) {
+    if let Some(points) = known.filter(|points| ports.clone().any(|port| port.field == points.positions)) {
         return Shape::Points(points);
     }
-    let is_pair = |field: &&Field| {
-        field.port.support == support && field.components() == 2 && field.port.kind() == ValueKind::U32
-    };
-    match fields.values().find(is_pair) {
-        Some(field) => {
+    let mut ports = ports;
+    match ports.find(|port| port.components == 2 && port.kind() == ValueKind::U32) {
+        Some(port) => {
             let others = if support == "wall-contacts" { "walls" } else { "" };
-            Shape::Pairs(Pairs { indices: field.name().into(), of: "particles".into(), others: others.into() })
+            Shape::Pairs(Pairs { indices: port.field.clone(), of: "particles".into(), others: others.into() })
         }
         None => Shape::Global(Global {}),
+    }
+}
+
+/// A support as people and programs are told it: its kind, and of the rest what belongs to that kind.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Told {
+    /// `points`, `pairs`, `grid` or `global`.
+    pub kind: &'static str,
+    /// The fields on it, by name.
+    pub fields: BTreeSet<String>,
+    /// Of points: the field with their places.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub positions: Option<String>,
+    /// Of spheres: the field with their radii.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub radii: Option<String>,
+    /// Of pairs: the field with the two indices.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub indices: Option<String>,
+    /// Of pairs: the supports of the first and of the second index.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub of: Option<[String; 2]>,
+    /// Of a grid: its smallest corner, in m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub origin_m: Option<Vec<f64>>,
+    /// Of a grid: the distance of its values along each axis, in m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub spacing_m: Option<Vec<f64>>,
+    /// Of a grid: its values along each axis.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dims: Option<Vec<u32>>,
+    /// Of a grid: `cell` or `node`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub centring: Option<&'static str>,
+}
+
+impl Told {
+    fn of(shape: Shape, fields: BTreeSet<String>) -> Self {
+        let told = Self { kind: kind(&shape), fields, ..Self::default() };
+        match shape {
+            Shape::Points(Points { positions, radii }) => {
+                Self { positions: Some(positions), radii: Some(radii).filter(|radii| !radii.is_empty()), ..told }
+            }
+            Shape::Pairs(Pairs { indices, of, others }) => {
+                let others = if others.is_empty() { of.clone() } else { others };
+                Self { indices: Some(indices), of: Some([of, others]), ..told }
+            }
+            Shape::Grid(grid) => Self {
+                centring: Some(if grid.centring() == Centring::Node { "node" } else { "cell" }),
+                origin_m: Some(grid.origin_m),
+                spacing_m: Some(grid.spacing_m),
+                dims: Some(grid.dims),
+                ..told
+            },
+            Shape::Global(_) => told,
+        }
+    }
+}
+
+impl Display for Told {
+    /// Its kind and geometry in a few words.
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.kind)?;
+        let metres =
+            |lengths: &[f64]| lengths.iter().map(|length| format!("{length:e}")).collect::<Vec<_>>().join(", ");
+        if let Some(positions) = &self.positions {
+            write!(f, " at {}", shown_name(positions))?;
+        }
+        if let Some(radii) = &self.radii {
+            write!(f, ", radius {}", shown_name(radii))?;
+        }
+        if let (Some(indices), Some([of, others])) = (&self.indices, &self.of) {
+            write!(f, " {} of {} and {}", shown_name(indices), shown_name(of), shown_name(others))?;
+        }
+        if let (Some(dims), Some(spacing_m), Some(origin_m)) = (&self.dims, &self.spacing_m, &self.origin_m) {
+            let dims = dims.iter().map(u32::to_string).collect::<Vec<_>>().join(" x ");
+            let values = self.centring.unwrap_or("cell");
+            write!(f, " of {dims} {values}s, spacing {} m, from {} m", metres(spacing_m), metres(origin_m))?;
+        }
+        Ok(())
     }
 }
 
@@ -317,6 +419,23 @@ mod tests {
             let ports = Ports::new(Vec::new(), Vec::new()).with(wrong);
             assert_eq!(Supports::of([&ports]), Supports::default());
         }
+    }
+
+    #[test]
+    fn every_support_is_told_in_words_and_as_values() {
+        let grid = Grid::of_cells([0.0, 1.0, 2.0], [0.5, 1.0, 2.0], [4, 3, 2]);
+        let ports = Ports::new(Vec::new(), vec![scalar("w", "cells"), scalar("total", "whole")])
+            .with(Geometry::grid("cells", grid))
+            .with(Geometry::spheres("marks", "places", "sizes"));
+        let told = Supports::told([&ports]);
+        let words: Vec<_> = told.iter().map(|(name, told)| format!("{name}: {told}")).collect();
+        let expected = [
+            "cells: grid of 4 x 3 x 2 cells, spacing 5e-1, 1e0, 2e0 m, from 0e0, 1e0, 2e0 m",
+            "marks: points at places, radius sizes",
+            "whole: global",
+        ];
+        assert_eq!(words, expected);
+        assert_eq!(told["cells"].fields, ["w".to_owned()].into());
     }
 
     #[test]

@@ -1,7 +1,10 @@
 //! `stagger check --json`: a scene's values in SI units, for nodes that are not written in Rust and for scripts.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 use stagger_config::Value;
+use stagger_messages::{Supports, Told};
 use stagger_physics::{acoustics, current, optics, particles, substrate, thermal};
 use stagger_scene::{
     Scene,
@@ -10,7 +13,7 @@ use stagger_scene::{
 
 use stagger_coupling::out_of_reach;
 
-use crate::check::check;
+use crate::check::{check, ports};
 
 /// Name of the format; keys are added within one version, never renamed or removed.
 pub const FORMAT: &str = "stagger-check/2";
@@ -32,6 +35,9 @@ pub struct Report<'a> {
     pub settings: &'a [Value],
     /// What each physics the scene names is set up with: material constants and defaults resolved.
     pub physics: Physics<'a>,
+    /// The supports that the fields stand on, with what their rows are in space; those of a command are known only when it
+    /// runs.
+    pub supports: BTreeMap<String, Told>,
     /// Advice on it, where it is asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub advice: Option<Vec<Advice>>,
@@ -86,6 +92,8 @@ pub fn report(scene: &Scene, within: Option<f64>) -> Report<'_> {
             substrate: scene.substrate.as_ref(),
             acoustics: scene.acoustics.as_ref(),
         },
+        // Where a node cannot be built, that is the problem already.
+        supports: ports(scene).map(|(ports, _)| Supports::told(ports.values())).unwrap_or_default(),
         // Particles that cannot be placed are the problem already.
         advice: within.and_then(|within| advice::advise(scene, within).ok()),
         warnings,
