@@ -48,6 +48,17 @@ pub enum MessageError {
     /// A field is asked for that is not there.
     #[error("field `{0}` is not among the frozen fields")]
     Absent(String),
+    /// A field that a support's description names is not there.
+    #[error("there is no field `{0}`, which holds the places of its support's points")]
+    NoField(String),
+    /// A field that should hold points has another number of values per row than 3 or a multiple of it.
+    #[error("field `{field}` holds {components} values per row, where points in space have 3 each")]
+    NoPoints {
+        /// Name of the field.
+        field: String,
+        /// Values per row found.
+        components: usize,
+    },
     /// A name that cannot be part of a key expression.
     #[error("`{0}` cannot be part of a key: use letters, digits, `-` and `_`")]
     Name(String),

@@ -13,11 +13,13 @@ mod error;
 mod field;
 pub mod keys;
 mod shown;
+mod support;
 
 pub use error::MessageError;
 pub use field::{Field, Fields, Values};
 pub use schema::*;
 pub use shown::Shown;
+pub use support::{Supports, Told, kind};
 
 /// The types generated from `messages/proto`.
 mod schema {

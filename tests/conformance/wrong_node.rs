@@ -109,7 +109,7 @@ pub fn run(wrong: &str) -> ! {
         instance: "1".into(),
         program: "wrong".into(),
         pid: std::process::id(),
-        ports: Some(Ports { reads: reads.clone(), writes: ports.to_vec() }),
+        ports: Some(Ports::new(reads.clone(), ports.to_vec())),
         scene_hash: of("STAGGER_SCENE_HASH").parse().unwrap(),
     };
     let mut declarations: Vec<Declaration> = Vec::new();

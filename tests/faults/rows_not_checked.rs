@@ -70,7 +70,7 @@ impl Physics for Own {
     fn ports(&self) -> Ports {
         let reads = vec![Port::f64("radii", "m", "particles", 1, Measure::None)];
         let reads = if self.wrong.0 == "blind" { Vec::new() } else { reads };
-        Ports { reads, writes: vec![(*self.temperature).clone()] }
+        Ports::new(reads, vec![(*self.temperature).clone()])
     }
 
     fn initial(&self) -> Result<((), Reply), SolveError> {

@@ -91,7 +91,7 @@ impl Physics for Rows {
     type State = Stock;
 
     fn ports(&self) -> Ports {
-        Ports { reads: self.gain_1_s.iter().map(|_| y().as_read()).collect(), writes: vec![ids(), x()] }
+        Ports::new(self.gain_1_s.iter().map(|_| y().as_read()).collect(), vec![ids(), x()])
     }
 
     fn initial(&self) -> Result<(Stock, Reply), SolveError> {
@@ -135,7 +135,7 @@ impl Physics for Follower {
     type State = ();
 
     fn ports(&self) -> Ports {
-        Ports { reads: vec![x().as_read()], writes: vec![y()] }
+        Ports::new(vec![x().as_read()], vec![y()])
     }
 
     fn initial(&self) -> Result<((), Reply), SolveError> {

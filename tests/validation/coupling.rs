@@ -77,7 +77,7 @@ impl Physics for Linear {
     type State = ();
 
     fn ports(&self) -> Ports {
-        Ports { reads: vec![self.other.as_read()], writes: vec![self.own.clone()] }
+        Ports::new(vec![self.other.as_read()], vec![self.own.clone()])
     }
 
     fn initial(&self) -> Result<((), Reply), SolveError> {

@@ -59,7 +59,7 @@ impl Physics for Relay {
     type State = Vec<f64>;
 
     fn ports(&self) -> Ports {
-        Ports { reads: self.reads.clone(), writes: vec![(*self.writes).clone()] }
+        Ports::new(self.reads.clone(), vec![(*self.writes).clone()])
     }
 
     fn initial(&self) -> Result<(Vec<f64>, Reply), SolveError> {

@@ -365,7 +365,7 @@ pub(super) struct ExportArguments {
     /// Folder for the files, which is made
     #[arg(long, value_name = "FOLDER")]
     pub(super) out: PathBuf,
-    /// Write series of VTK files for ParaView; this is what is written where nothing else is asked for
+    /// Write series of VTK files for ParaView, one for each support of points or of a grid; this is the default
     #[arg(long)]
     pub(super) vtp: bool,
     /// Write a table of scalars with a row for each accepted step
@@ -377,7 +377,7 @@ pub(super) struct ExportArguments {
     /// Steps from one state to the next of VTK and Arrow files; the start and the last state are always written
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     pub(super) every: u64,
-    /// Write VTK files of the contacts between particles too
+    /// Write VTK files of pairs too, such as the contacts between particles
     #[arg(long)]
     pub(super) contacts: bool,
     /// Replace files in the folder that no earlier export has written

@@ -55,8 +55,8 @@ pub(super) fn export(arguments: &ExportArguments) -> End {
     if arguments.vtp || !(arguments.csv || arguments.arrow) {
         match export::paraview(&recording, &folder, arguments.every, arguments.contacts) {
             Ok(done) => {
-                let contacts = done.contacts.map_or(String::new(), |path| format!(" and {}", path.display()));
-                print(&format!("{} states: open {}{contacts} in ParaView", done.states, done.particles.display()));
+                let series: Vec<_> = done.series.iter().map(|path| path.display().to_string()).collect();
+                print(&format!("{} states: open {} in ParaView", done.states, series.join(", ")));
                 readings.push(done.reading);
             }
             Err(error) => return not_exported(file, &error),

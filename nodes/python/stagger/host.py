@@ -122,6 +122,8 @@ class Host:
             port.write(manifest.ports.reads.add())
         for port in ports.writes:
             port.write(manifest.ports.writes.add())
+        for name, shape in sorted(ports.supports.items()):
+            shape.write(manifest.ports.supports.add(support=name))
         put = self.events.put
         link.subscribe(self._key("ctl", "directive"), lambda *message: put(Event("directive", *message)))
         link.watch(self._key("live", COORDINATOR, "*"), lambda: put(Event("gone")))

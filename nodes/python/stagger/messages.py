@@ -35,6 +35,7 @@ Report, Snapshot, Support = map(_message, ("Report", "Snapshot", "Support"))
 
 KIND = _numbers("ValueKind")
 MEASURE = _numbers("Measure")
+CENTRING = _numbers("Centring")
 ENERGY = _numbers("Energy.Kind")
 ACCEPT, REJECT = (_numbers("Verdict")[f"VERDICT_{verdict}"] for verdict in ("ACCEPT", "REJECT"))
 

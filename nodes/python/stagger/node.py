@@ -5,10 +5,12 @@ from __future__ import annotations
 import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from . import scene
 from .fields import Frozen, Port, Window
+from .supports import Shape
 
 
 class Energy(NamedTuple):
@@ -65,6 +67,8 @@ class Node:
 
     reads: Sequence[Port] = ()
     writes: Sequence[Port] = ()
+    supports: Mapping[str, Shape] = MappingProxyType({})
+    """What the rows of the supports are that this node makes, by name; those of other nodes are described by them."""
 
     @functools.cached_property
     def scene(self) -> dict[str, Any]:

@@ -4,10 +4,10 @@ import unittest
 
 import numpy as np
 
-from stagger import Port, Revised
+from stagger import Global, Grid, Pairs, Points, Port, Revised
 from stagger.convergence import change, relative
 from stagger.fields import Field, Malformed, receive, receive_message
-from stagger.messages import INITIAL, Envelope, FieldMessage
+from stagger.messages import CENTRING, INITIAL, Envelope, FieldMessage, Manifest
 
 PAIRS = Port("pairs", "1", "contacts", components=2, kind="u32")
 
@@ -55,6 +55,41 @@ class Fields(unittest.TestCase):
     def test_the_hash_is_that_of_the_rust_nodes(self):
         # xxh3 of no bytes, as the algorithm's authors publish it.
         self.assertEqual(Field.new(Port("t", "K", "p"), np.zeros(0)).summary().hash, 0x2D06800538D394C2)
+
+
+class Supports(unittest.TestCase):
+    def test_a_manifest_says_what_the_rows_are(self):
+        ports = Manifest().ports
+        shapes = {
+            "cells": Grid((0.0, 0.5, 1.0), (0.1, 0.2, 0.3), (4, 3, 2)),
+            "marks": Points("places", "sizes"),
+            "springs": Pairs("ends", "marks", "walls"),
+            "whole": Global(),
+        }
+        for name, shape in shapes.items():
+            shape.write(ports.supports.add(support=name))
+        found = {support.support: support for support in ports.FromString(ports.SerializeToString()).supports}
+        kinds = {name: support.WhichOneof("shape") for name, support in found.items()}
+        self.assertEqual(kinds, {"cells": "grid", "marks": "points", "springs": "pairs", "whole": "global"})
+        grid = found["cells"].grid
+        self.assertEqual((list(grid.origin_m), list(grid.spacing_m)), ([0.0, 0.5, 1.0], [0.1, 0.2, 0.3]))
+        self.assertEqual((list(grid.dims), grid.centring), ([4, 3, 2], CENTRING["CELL"]))
+        self.assertEqual((found["marks"].points.positions, found["marks"].points.radii), ("places", "sizes"))
+        pairs = found["springs"].pairs
+        self.assertEqual((pairs.indices, pairs.of, pairs.others), ("ends", "marks", "walls"))
+        self.assertEqual(shapes["cells"].rows, 24)
+
+    def test_a_grid_that_cannot_be_is_told(self):
+        sound = {"origin_m": (0, 0, 0), "spacing_m": (1, 1, 1), "dims": (1, 1, 1)}
+        for wrong in (
+            {"origin_m": (0, 0)},
+            {"origin_m": (0, 0, np.inf)},
+            {"spacing_m": (1, 0, 1)},
+            {"dims": (1, 1, 0)},
+            {"centring": "face"},
+        ):
+            with self.assertRaises(ValueError):
+                Grid(**{**sound, **wrong})
 
 
 class Changes(unittest.TestCase):

@@ -6,7 +6,7 @@ use std::{collections::BTreeMap, error::Error, process::ExitCode, sync::Arc};
 
 use serde::{Deserialize, Serialize};
 use stagger_coupling::{Frozen, Physics, Reply, SolveError, Window};
-use stagger_messages::{Field, Fields, Measure, Port, Ports};
+use stagger_messages::{Field, Fields, Geometry, Measure, Port, Ports};
 use stagger_runtime::node::plug_in::{self, Setup};
 
 /// Takes part in the run it was started for, until that ends.
@@ -59,10 +59,9 @@ impl Physics for Probe {
 
     fn ports(&self) -> Ports {
         let reads = [&self.positions, &self.radii].into_iter().chain(&self.temperature);
-        Ports {
-            reads: reads.cloned().collect(),
-            writes: vec![(*self.mean_height).clone(), (*self.peak_temperature).clone()],
-        }
+        // Both numbers are of the whole: the support `probe` has no place in space.
+        let writes = vec![(*self.mean_height).clone(), (*self.peak_temperature).clone()];
+        Ports::new(reads.cloned().collect(), writes).with(Geometry::global("probe"))
     }
 
     /// At t = 0 nothing has been read yet: both are 0 until the first window.

@@ -1,4 +1,4 @@
-use stagger_messages::Field;
+use stagger_messages::{Grid, Points, geometry::Shape};
 
 use super::{
     colour::colour,
@@ -7,29 +7,36 @@ use super::{
 };
 use crate::{Step, display::colour_scale::Range};
 
-/// Support of the particles' fields.
-const PARTICLES: &str = "particles";
+/// Values of a grid that are shown, at most; of more, those of its three middle planes.
+const GRID_POINTS: usize = 50_000;
 /// The frame's name tells the unit: viewers' cameras are made for bodies of about 1, and particles lie within millimetres.
 const FRAME: &str = "millimetres";
 const MM_PER_M: f64 = 1e3;
+const AXES: [&str; 3] = ["x", "y", "z"];
+const RADIUS: &str = "radius [mm]";
+const SPEED: &str = "speed [m/s]";
 /// Bytes of a binary32 number.
 const FLOAT_BYTES: usize = 4;
 
-/// One number of each particle.
+/// One number of each point.
 struct Column {
     name: String,
     values: Vec<f64>,
 }
 
-/// The particles at the end of a step: places in mm, radius, speed, and every scalar field on them; coloured by
-/// temperature, or else by speed, over the range met so far. `None` where the step has no particles' positions.
-pub(super) fn point_cloud(step: &Step, range: &mut Range) -> Option<PointCloud> {
-    let positions = step.fields.get("positions").filter(|field| field.support.name == PARTICLES)?;
-    let columns = columns(step, positions)?;
-    let coloured = ["temperature [K]", "speed [m/s]"]
-        .iter()
-        .find_map(|name| columns.iter().find(|column| column.name == *name))
-        .map(|column| column.values.as_slice());
+/// The points of a support at the end of a step: places in mm, radius, speed, and every scalar field on them; coloured by
+/// temperature, or else by speed or the first scalar, over the range met so far. `None` where the rows have no places.
+pub(super) fn point_cloud(step: &Step, support: &str, shape: &Shape, range: &mut Range) -> Option<PointCloud> {
+    let columns = match shape {
+        Shape::Points(points) => points_columns(step, points)?,
+        Shape::Grid(grid) => grid_columns(step, support, grid)?,
+        Shape::Pairs(_) | Shape::Global(_) => return None,
+    };
+    let rows = columns.first().map_or(0, |column| column.values.len());
+    let named = |name: &&str| columns.iter().find(|column| column.name == **name);
+    let first = || columns.iter().skip(AXES.len()).find(|column| column.name != RADIUS);
+    let coloured = ["temperature [K]", SPEED].iter().find_map(named).or_else(first);
+    let coloured = coloured.map(|column| column.values.as_slice());
     if let Some(values) = coloured {
         range.include(values);
     }
@@ -41,8 +48,8 @@ pub(super) fn point_cloud(step: &Step, range: &mut Range) -> Option<PointCloud> 
         fields.push(PackedElementField { name: name.into(), offset: stride as u32, r#type: kind.into() });
         stride += bytes;
     }
-    let mut data = Vec::with_capacity(positions.rows() * stride);
-    for row in 0..positions.rows() {
+    let mut data = Vec::with_capacity(rows * stride);
+    for row in 0..rows {
         for column in &columns {
             data.extend_from_slice(&(column.values[row] as f32).to_le_bytes());
         }
@@ -61,35 +68,48 @@ pub(super) fn point_cloud(step: &Step, range: &mut Range) -> Option<PointCloud> 
     })
 }
 
-/// Numbers of the particles, each as long as there are particles.
-fn columns(step: &Step, positions: &Field) -> Option<Vec<Column>> {
-    let places = positions.f64().ok().filter(|_| positions.components() == 3)?;
-    let mut columns: Vec<Column> = ["x", "y", "z"]
-        .iter()
-        .enumerate()
-        .map(|(axis, name)| Column {
-            name: (*name).into(),
-            values: places.iter().skip(axis).step_by(3).map(|metres| MM_PER_M * metres).collect(),
-        })
-        .collect();
-    // A field that stands on other rows says nothing about these particles.
+/// Columns of places, in mm.
+fn places(at: impl Fn(usize) -> Vec<f64>) -> Vec<Column> {
+    AXES.iter().enumerate().map(|(axis, name)| Column { name: (*name).into(), values: at(axis) }).collect()
+}
+
+/// Numbers of the points, each as long as there are points; `None` where the rows are no single points.
+fn points_columns(step: &Step, points: &Points) -> Option<Vec<Column>> {
+    let (positions, of_one) = points.places(&step.fields).ok()?;
+    let metres = positions.f64().ok().filter(|_| of_one == 1)?;
+    let mut columns = places(|axis| metres.iter().skip(axis).step_by(3).map(|metres| MM_PER_M * metres).collect());
+    // A field that stands on other rows says nothing about these points.
     for (name, field) in step.fields.iter().filter(|(_, field)| field.support == positions.support) {
         let Ok(values) = field.f64() else { continue };
-        match (name.as_str(), field.components()) {
-            ("radii", 1) => {
+        match (field.components(), field.port.unit.as_str()) {
+            (1, _) if *name == points.radii => {
                 let values = values.iter().map(|metres| MM_PER_M * metres).collect();
-                columns.push(Column { name: "radius [mm]".into(), values });
+                columns.push(Column { name: RADIUS.into(), values });
             }
-            ("velocities", 3) => {
+            (3, "m/s") => {
                 let speed = |v: &[f64]| v.iter().map(|component| component * component).sum::<f64>().sqrt();
-                columns
-                    .push(Column { name: "speed [m/s]".into(), values: values.chunks_exact(3).map(speed).collect() });
+                columns.push(Column { name: SPEED.into(), values: values.chunks_exact(3).map(speed).collect() });
             }
-            (_, 1) => {
-                let name = format!("{name} [{}]", field.port.unit);
-                columns.push(Column { name, values: values.to_vec() });
-            }
+            (1, unit) => columns.push(Column { name: format!("{name} [{unit}]"), values: values.to_vec() }),
             _ => {}
+        }
+    }
+    Some(columns)
+}
+
+/// Numbers of a grid's values, or of those in its middle planes where there are too many; `None` where it has no layout.
+fn grid_columns(step: &Step, support: &str, grid: &Grid) -> Option<Vec<Column>> {
+    let (.., dims) = grid.layout()?;
+    let rows = grid.rows();
+    let index = |row: usize| [row % dims[0], row / dims[0] % dims[1], row / (dims[0] * dims[1])];
+    let in_a_middle = |row: &usize| (0..AXES.len()).any(|axis| index(*row)[axis] == dims[axis] / 2);
+    let kept: Vec<usize> = (0..rows).filter(|row| rows <= GRID_POINTS || in_a_middle(row)).collect();
+    let at = |axis: usize, row: usize| grid.point_m(index(row)).map_or(f64::NAN, |point| MM_PER_M * point[axis]);
+    let mut columns = places(|axis| kept.iter().map(|row| at(axis, *row)).collect());
+    for (name, field) in step.fields.iter().filter(|(_, field)| field.port.support == support) {
+        if let (Ok(values), 1) = (field.f64(), field.components()) {
+            let values = kept.iter().filter_map(|row| values.get(*row).copied()).collect();
+            columns.push(Column { name: format!("{name} [{}]", field.port.unit), values });
         }
     }
     Some(columns)
@@ -99,13 +119,45 @@ fn columns(step: &Step, positions: &Field) -> Option<Vec<Column>> {
 mod tests {
     use std::sync::Arc;
 
-    use stagger_messages::{Measure, Port, Version};
+    use stagger_messages::{Field, Fields, Geometry, Measure, Port, Ports, Supports, Version};
 
     use super::*;
 
     fn field(name: &str, components: u32, revision: u64, values: &[f64]) -> (String, Field) {
-        let port = Arc::new(Port::f64(name, "K", PARTICLES, components, Measure::None));
+        let port = Arc::new(Port::f64(
+            name,
+            if name == "velocities" { "m/s" } else { "K" },
+            "particles",
+            components,
+            Measure::None,
+        ));
         (name.into(), Field::new(&port, revision, values.to_vec()).unwrap())
+    }
+
+    fn step(fields: Fields, supports: Supports) -> Step {
+        Step { version: Version::first(1), t_s: 1.25, dt_s: 1e-6, fields, supports, recorded: true }
+    }
+
+    fn of(step: &Step, support: &str) -> Option<PointCloud> {
+        point_cloud(step, support, &step.supports.shape(support, &step.fields), &mut Range::EMPTY.clone())
+    }
+
+    #[test]
+    fn a_grid_is_shown_at_its_values_or_in_its_middle_planes() {
+        for (dims, shown) in [([4, 3, 2], 24), ([100, 100, 10], 100 * 100 + 2 * 1000 - 2 * 100 - 10 + 1)] {
+            let grid = Grid::of_cells([0.0; 3], [1e-3, 2e-3, 4e-3], dims);
+            let port = Arc::new(Port::f64("w", "K", "cells", 1, Measure::None));
+            let values: Vec<f64> = (0..grid.rows()).map(|row| row as f64).collect();
+            let fields = Fields::from([("w".to_owned(), Field::new(&port, 0, values).unwrap())]);
+            let ports = Ports::new(Vec::new(), Vec::new()).with(Geometry::grid("cells", grid));
+            let cloud = of(&step(fields, Supports::of([&ports])), "cells").unwrap();
+            assert_eq!(cloud.data.len() / cloud.point_stride as usize, shown);
+            if dims[0] == 4 {
+                let last = &cloud.data[23 * 20..24 * 20 - 4];
+                let numbers = last.chunks_exact(4).map(|bytes| f32::from_le_bytes(bytes.try_into().unwrap()));
+                assert_eq!(numbers.collect::<Vec<_>>(), [3.5, 5.0, 6.0, 23.0]);
+            }
+        }
     }
 
     #[test]
@@ -117,8 +169,7 @@ mod tests {
             // Another revision: these are not the same particles.
             field("absorbed_power", 1, 3, &[1.0, 2.0]),
         ];
-        let step = Step { version: Version::first(1), t_s: 1.25, dt_s: 1e-6, fields: fields.into(), recorded: true };
-        let cloud = point_cloud(&step, &mut Range::EMPTY.clone()).unwrap();
+        let cloud = of(&step(fields.into(), Supports::default()), "particles").unwrap();
         let names: Vec<&str> = cloud.fields.iter().map(|field| field.name.as_str()).collect();
         assert_eq!(names, ["x", "y", "z", "temperature [K]", "speed [m/s]", "red", "green", "blue", "alpha"]);
         assert_eq!(
@@ -140,7 +191,6 @@ mod tests {
 
     #[test]
     fn without_particles_there_is_no_cloud() {
-        let step = Step { version: Version::INITIAL, t_s: 0.0, dt_s: 0.0, fields: [].into(), recorded: true };
-        assert!(point_cloud(&step, &mut Range::EMPTY.clone()).is_none());
+        assert!(of(&step(Fields::new(), Supports::default()), "particles").is_none());
     }
 }

@@ -1,4 +1,4 @@
-//! What programs that know nothing of this one show of a recording: the particles as Foxglove's point clouds, numbers of
+//! What programs that know nothing of this one show of a recording: points and grids as Foxglove's point clouds, numbers of
 //! the run, and log lines. Foxglove and Rerun open them as they are.
 //!
 //! They are made from the exchanges while these are recorded, at most so many over the run as the scene says, and stand in
@@ -8,6 +8,8 @@ mod cloud;
 mod colour;
 pub mod colour_scale;
 mod scalars;
+
+use std::collections::BTreeMap;
 
 use prost::Message as _;
 use prost_types::Timestamp;
@@ -32,7 +34,6 @@ mod schema {
 pub(crate) const DESCRIPTORS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/display.bin"));
 /// What the topics of this module begin with.
 pub(crate) const TOPICS: &str = "display/";
-const CLOUD: &str = "display/particles";
 const LOG: &str = "display/log";
 
 /// Share of a time by which a sum of steps may miss it, and counts as having reached it: a million additions miss by some
@@ -62,7 +63,8 @@ pub(crate) struct Display {
     reached: Option<Outcome>,
     epoch: Option<u32>,
     greeting: Option<String>,
-    range: Range,
+    /// What colours the points of each support.
+    ranges: BTreeMap<String, Range>,
 }
 
 impl Display {
@@ -76,7 +78,7 @@ impl Display {
             reached: None,
             epoch: None,
             greeting: Some(greeting),
-            range: Range::EMPTY,
+            ranges: BTreeMap::new(),
         }
     }
 
@@ -111,8 +113,15 @@ impl Display {
         // Of the multiples of the period, the first one after this time: pictures do not drift apart.
         let next_s = ((step.t_s * (1.0 + ROUNDING) / self.period_s).floor() + 1.0) * self.period_s;
         self.next_s = if next_s.is_finite() { next_s } else { f64::INFINITY };
-        if let Some(cloud) = cloud::point_cloud(step, &mut self.range) {
-            shown.push(Shown { topic: CLOUD.into(), schema: "foxglove.PointCloud", data: cloud.encode_to_vec() });
+        for (support, shape) in step.supports.shapes(&step.fields) {
+            let range = self.ranges.entry(support.clone()).or_insert(Range::EMPTY);
+            if let Some(cloud) = cloud::point_cloud(step, &support, &shape, range) {
+                // A support may have the name of another topic here.
+                let other = support == "log" || support.starts_with("scalars");
+                let topic = format!("{TOPICS}{}{support}", if other { "points/" } else { "" });
+                let schema = "foxglove.PointCloud";
+                shown.push(Shown { topic, schema, data: cloud.encode_to_vec() });
+            }
         }
         let ledger = self.steps.decisions().ledger();
         for (name, scalar) in scalars::scalars(step, self.reached.as_ref(), ledger) {

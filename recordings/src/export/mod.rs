@@ -1,3 +1,7 @@
 //! Files for other programs.
 
+mod arrays;
+pub mod vti;
 pub mod vtp;
+
+pub use arrays::VtkError;

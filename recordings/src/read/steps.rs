@@ -1,6 +1,6 @@
 use std::collections::BTreeMap;
 
-use stagger_messages::{Field, Fields, Verdict, Version, codec::Received};
+use stagger_messages::{Field, Fields, Supports, Verdict, Version, codec::Received};
 
 use crate::{Body, DecisionLog, History, Message, Outcome, statistics::decision_log::asks};
 
@@ -12,6 +12,7 @@ pub struct Steps {
     fields: BTreeMap<String, History<Field>>,
     /// Who was first to write each name.
     writers: BTreeMap<String, String>,
+    supports: Supports,
     /// Version, time reached and window size of the last accepted step, or of the start.
     at: (Version, f64, f64),
     /// Whether field messages of that version were seen.
@@ -31,6 +32,8 @@ pub struct Step {
     pub dt_s: f64,
     /// Every field at that time, by name.
     pub fields: Fields,
+    /// What the rows of the fields are in space.
+    pub supports: Supports,
     /// False where the recording holds no fields of this step: they are those of an earlier one.
     pub recorded: bool,
 }
@@ -51,7 +54,7 @@ impl Steps {
             Body::Field(received) => self.field(received),
             Body::Report(report) => self.decisions.report(&report),
             Body::Checkpoint(checkpoint) => self.decisions.checkpoint(&checkpoint),
-            Body::Manifest(_) => {}
+            Body::Manifest(manifest) => self.supports.take(&manifest),
             Body::Directive(directive) => {
                 let outcome = self.decisions.directive(&directive);
                 let mut step = None;
@@ -127,6 +130,6 @@ impl Steps {
         let (version, t_s, dt_s) = self.at;
         let newest = |(name, history): (&String, &History<Field>)| Some((name.clone(), history.newest()?.clone()));
         let fields = self.fields.iter().filter_map(newest).collect();
-        Step { version, t_s, dt_s, fields, recorded: self.recorded }
+        Step { version, t_s, dt_s, fields, supports: self.supports.clone(), recorded: self.recorded }
     }
 }

@@ -1,7 +1,7 @@
 use std::collections::BTreeMap;
 
 use stagger_coupling::Account;
-use stagger_messages::{Directive, FieldError, Report, Verdict, directive, report};
+use stagger_messages::{Directive, FieldError, Ports, Report, Supports, Told, Verdict, directive, report};
 
 use crate::{
     Body, DecisionLog, Outcome, Recording, RecordingError,
@@ -69,6 +69,8 @@ pub struct Summary {
     pub restarts: u32,
     /// What each node did.
     pub nodes: BTreeMap<String, NodeSummary>,
+    /// The supports that the nodes' fields stand on, with what their rows are in space.
+    pub supports: BTreeMap<String, Told>,
     /// What each topic holds.
     pub topics: BTreeMap<String, TopicSummary>,
     /// Imbalance of each node and of each exchange between two, as a share of the energy turned over.
@@ -181,6 +183,7 @@ impl Summary {
         summary.complete = summary.damage.is_none() && events.complete();
         summary.dt = tally.windows.sizes();
         summary.dt_history_s = tally.windows.parts(HISTORY);
+        summary.supports = Supports::told(tally.ports.values());
         let (rates, count) = tally.rates;
         summary.contraction = (count > 0).then(|| rates / count as f64);
         summary.iterations = tally.decisions.iterations();
@@ -198,6 +201,9 @@ impl Summary {
             Ok(Some(Body::Report(report))) => {
                 tally.decisions.report(&report);
                 self.report(&report);
+            }
+            Ok(Some(Body::Manifest(manifest))) => {
+                tally.ports.insert(manifest.node, manifest.ports.unwrap_or_default());
             }
             Ok(Some(Body::Directive(directive))) => self.directive(&directive, tally),
             Ok(Some(Body::Checkpoint(checkpoint))) => {
@@ -282,4 +288,6 @@ struct Tally {
     windows: WindowHistory,
     /// Sum and number of the contraction rates that are known.
     rates: (f64, u64),
+    /// Ports by node.
+    ports: BTreeMap<String, Ports>,
 }

@@ -1,6 +1,7 @@
 use std::fmt::{self, Display, Formatter};
 
 use stagger_coupling::{Account, math};
+use stagger_messages::shown_name;
 
 use crate::Summary;
 
@@ -70,6 +71,7 @@ impl Display for Summary {
         self.nodes(f)?;
         self.errors(f)?;
         self.energies(f)?;
+        self.supports(f)?;
         self.topics(f)?;
         if self.refused > 0 {
             writeln!(f, "\n{} messages were refused by the nodes", self.refused)?;
@@ -138,6 +140,14 @@ impl Summary {
             writeln!(f, "  imbalance of {what}: {share:.1e} of the energy turned over")?;
         }
         Ok(())
+    }
+
+    fn supports(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let row = |(name, told): (&String, &stagger_messages::Told)| {
+            let fields: Vec<_> = told.fields.iter().map(|name| shown_name(name)).collect();
+            vec![shown_name(name).into_owned(), told.to_string(), fields.join(", ")]
+        };
+        table(f, &["support", "its rows", "fields"], self.supports.iter().map(row).collect())
     }
 
     fn topics(&self, f: &mut Formatter<'_>) -> fmt::Result {

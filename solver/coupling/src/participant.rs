@@ -4,7 +4,10 @@ use std::collections::BTreeMap;
 
 use stagger_messages::{Change, Done, Field, Fields, Measure, Port, Ports, Ready, Rows, Source, Version};
 
-use super::{Frozen, NotConverged, Physics, Reply, Window, change, relative, validation::validate_rows};
+use super::{
+    Frozen, NotConverged, Physics, Reply, Window, change, relative,
+    validation::{validate_grids, validate_rows},
+};
 use crate::SolveError;
 
 /// What a participant answers to a trial: its fields and the report that goes to the coordinator.
@@ -158,6 +161,7 @@ impl<P: Physics> Participant for Local<P> {
     fn initial(&mut self) -> Result<(Fields, Ready), SolveError> {
         let (state, reply) = self.physics.initial()?;
         self.finite(&reply)?;
+        validate_grids(&self.name, &self.physics.ports(), &reply.fields)?;
         self.committed = Some((state, reply.fields.clone()));
         self.trial = None;
         Ok((reply.fields, Ready { ledger: reply.ledger }))

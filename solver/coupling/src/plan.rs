@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use stagger_messages::{Measure, NodePlan, Plan, Port, Ports, Source};
+use stagger_messages::{Geometry, Measure, NodePlan, Plan, Port, Ports, Source};
 
 use super::{Acceleration, Order, Settings, observers};
 
@@ -18,7 +18,8 @@ pub type Measured = BTreeMap<(String, String), Measure>;
 /// adds up, at least one.
 ///
 /// # Errors
-/// Every missing, doubled or mismatched writer, and every name in the sequence that is no node.
+/// Every missing, doubled or mismatched writer, every name in the sequence that is no node, and every support that is
+/// described wrongly or twice in different ways.
 pub fn plan(nodes: &BTreeMap<String, Ports>, settings: &Settings) -> Result<Plan, PlanError> {
     let mut problems = Vec::new();
     let order = order(nodes, settings, &mut problems);
@@ -66,6 +67,7 @@ pub fn plan(nodes: &BTreeMap<String, Ports>, settings: &Settings) -> Result<Plan
         }
         plans.push(NodePlan { node: node.clone(), sources });
     }
+    problems.extend(descriptions(nodes));
     let mut plan = Plan { order, nodes: plans, from: None };
     for field in systems(&plan, settings).iter().flat_map(|system| &system.fields) {
         let sources = plan.nodes.iter_mut().flat_map(|node| &mut node.sources);
@@ -168,6 +170,25 @@ fn order(nodes: &BTreeMap<String, Ports>, settings: &Settings, problems: &mut Ve
     order
 }
 
+/// What is wrong with the descriptions of supports: each has a sound one, and all nodes that describe it agree.
+fn descriptions(nodes: &BTreeMap<String, Ports>) -> Vec<String> {
+    let mut known: BTreeMap<&str, (&str, &Geometry)> = BTreeMap::new();
+    let mut problems = Vec::new();
+    for (node, geometry) in nodes.iter().flat_map(|(node, ports)| ports.supports.iter().map(move |it| (node, it))) {
+        let name = &geometry.support;
+        if let Some(fault) = geometry.fault() {
+            problems.push(format!("`{node}` describes support `{name}`, which {fault}"));
+        }
+        let (first, there) = *known.entry(name).or_insert((node, geometry));
+        if there != geometry {
+            problems.push(format!(
+                "support `{name}` is described by both `{first}` and `{node}`, and differently: give one another name"
+            ));
+        }
+    }
+    problems
+}
+
 /// The writers of each field, by name.
 fn writers(nodes: &BTreeMap<String, Ports>) -> BTreeMap<&str, Vec<(&String, &Port)>> {
     let mut writers: BTreeMap<&str, Vec<(&String, &Port)>> = BTreeMap::new();
@@ -199,6 +220,8 @@ fn mismatch(read: &Port, written: &Port) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
+    use stagger_messages::Grid;
+
     use super::*;
     use crate::StepSize;
 
@@ -210,8 +233,8 @@ mod tests {
         let positions = Port::f64("positions", "m", "particles", 3, Measure::Increment);
         let temperature = Port::f64("temperature", "K", "particles", 1, Measure::Magnitude);
         BTreeMap::from([
-            ("thermal".into(), Ports { reads: vec![positions.as_read()], writes: vec![temperature.clone()] }),
-            ("particles".into(), Ports { reads: vec![temperature.as_read()], writes: vec![positions] }),
+            ("thermal".into(), Ports::new(vec![positions.as_read()], vec![temperature.clone()])),
+            ("particles".into(), Ports::new(vec![temperature.as_read()], vec![positions])),
         ])
     }
 
@@ -232,10 +255,10 @@ mod tests {
         let mut nodes = nodes();
         let positions = nodes["particles"].writes[0].clone();
         nodes.get_mut("thermal").unwrap().reads.push(power.as_sum());
-        let laser = Ports { reads: vec![positions.as_read()], writes: vec![power] };
+        let laser = Ports::new(vec![positions.as_read()], vec![power]);
         nodes.insert("optics".into(), laser.clone());
         nodes.insert("second".into(), laser);
-        nodes.insert("a-probe".into(), Ports { reads: vec![positions.as_read()], writes: Vec::new() });
+        nodes.insert("a-probe".into(), Ports::new(vec![positions.as_read()], Vec::new()));
         let plan = plan(&nodes, &settings()).unwrap();
         assert_eq!(plan.order, ["particles", "second", "optics", "thermal", "a-probe"]);
         assert_eq!(observers(&plan), ["a-probe".to_owned()].into());
@@ -253,5 +276,22 @@ mod tests {
         assert_eq!(lines.len(), 4, "{lines:#?}");
         assert!(lines[0].contains("`optic`") && lines[1].contains("both `copy` and `thermal`"));
         assert!(lines[2].contains("`current` [A/m^2]") && lines[3].contains("in mm on particles"));
+    }
+
+    #[test]
+    fn a_support_has_one_sound_description() {
+        let grid = |dims| Geometry::grid("cells", Grid::of_cells([0.0; 3], [1.0; 3], dims));
+        let described = |of: [Geometry; 2]| {
+            let mut nodes = nodes();
+            for (ports, support) in nodes.values_mut().zip(of) {
+                ports.supports.push(support);
+            }
+            plan(&nodes, &settings())
+        };
+        described([grid([4, 3, 2]), grid([4, 3, 2])]).unwrap();
+        let PlanError(lines) = described([grid([4, 3, 2]), grid([4, 3, 3])]).unwrap_err();
+        assert!(lines.len() == 1 && lines[0].contains("`cells` is described by both `particles` and `thermal`"));
+        let PlanError(lines) = described([grid([4, 3, 0]), Geometry::points("marks", "")]).unwrap_err();
+        assert!(lines.len() == 2 && lines[0].contains("[4, 3, 0]") && lines[1].contains("`marks`"), "{lines:?}");
     }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use stagger_messages::{Done, Energy, Failure, Fields, Ready, Rows, shown_name};
+use stagger_messages::{Done, Energy, Failure, Field, Fields, Ports, Ready, Rows, geometry::Shape, shown_name};
 
 use super::{ControlError, Frozen, OtherRows, Outcome};
 use crate::SolveError;
@@ -97,7 +97,7 @@ fn rows(outcomes: &[Outcome]) -> Result<(), ControlError> {
 /// [`SolveError::Mismatch`] names the node, the field, its rows and those expected.
 pub(super) fn validate_rows(node: &str, fields: &Fields, frozen: &Frozen) -> Result<(), SolveError> {
     for field in fields.values() {
-        let of = |read: &&stagger_messages::Field| {
+        let of = |read: &&Field| {
             (&read.support.name, read.support.revision) == (&field.support.name, field.support.revision)
         };
         let Some(read) = frozen.end.values().chain(frozen.start.values()).find(of) else { continue };
@@ -116,11 +116,33 @@ pub(super) fn validate_rows(node: &str, fields: &Fields, frozen: &Frozen) -> Res
     Ok(())
 }
 
+/// Refuses fields on a described grid that do not have one row for each of its values.
+///
+/// # Errors
+/// [`SolveError::Mismatch`] names the node, the field, its rows and those of the grid.
+pub(super) fn validate_grids(node: &str, ports: &Ports, fields: &Fields) -> Result<(), SolveError> {
+    for geometry in &ports.supports {
+        let Some(Shape::Grid(grid)) = &geometry.shape else { continue };
+        let on_it = |field: &&Field| field.support.name == geometry.support && field.rows() != grid.rows();
+        if let Some(field) = fields.values().find(on_it) {
+            return Err(SolveError::Mismatch(format!(
+                "{node}: field `{}` has {} rows, but grid `{}` has {:?} values: {}",
+                field.name(),
+                field.rows(),
+                geometry.support,
+                grid.dims,
+                grid.rows()
+            )));
+        }
+    }
+    Ok(())
+}
+
 #[cfg(test)]
 mod tests {
     use std::sync::Arc;
 
-    use stagger_messages::{Field, Measure, Port, Support};
+    use stagger_messages::{Geometry, Grid, Measure, Port, Support};
 
     use super::*;
 
@@ -161,6 +183,19 @@ mod tests {
         assert!(error.contains("own: field `heat` has 4 rows on `contacts`, but there are 5"), "{error}");
         validate_rows("own", &Fields::from([field("heat", "contacts", 4, 2)]), &frozen).unwrap();
         validate_rows("own", &Fields::from([field("heat", "grid", 4, 1)]), &frozen).unwrap();
+    }
+
+    #[test]
+    fn fields_on_a_grid_have_a_row_for_each_of_its_values() {
+        let grid = Grid::of_cells([0.0; 3], [1.0; 3], [4, 3, 2]);
+        let ports = Ports::new(Vec::new(), Vec::new()).with(Geometry::grid("cells", grid));
+        let fields = |rows: usize| {
+            let port = Arc::new(Port::f64("w", "K", "cells", 1, Measure::None));
+            Fields::from([("w".to_owned(), Field::new(&port, 0, vec![1.0; rows]).unwrap())])
+        };
+        validate_grids("own", &ports, &fields(24)).unwrap();
+        let error = validate_grids("own", &ports, &fields(23)).unwrap_err().to_string();
+        assert!(error.contains("own: field `w` has 23 rows, but grid `cells` has [4, 3, 2] values: 24"), "{error}");
     }
 
     #[test]

@@ -48,7 +48,7 @@ impl Physics for Share {
     type State = ();
 
     fn ports(&self) -> Ports {
-        Ports { reads: vec![self.reads.clone()], writes: vec![(*self.writes).clone()] }
+        Ports::new(vec![self.reads.clone()], vec![(*self.writes).clone()])
     }
 
     fn initial(&self) -> Result<((), Reply), SolveError> {

@@ -169,9 +169,9 @@ mod tests {
         let height = Port::f64("height", "m", "probe", 1, Measure::None);
         let fed_back = if count > 1 { vec![temperature.as_read()] } else { Vec::new() };
         let nodes = [
-            ("particles", Ports { reads: fed_back, writes: vec![positions.clone()] }),
-            ("thermal", Ports { reads: vec![positions.as_read()], writes: vec![temperature.clone()] }),
-            ("end", Ports { reads: vec![positions.as_read(), temperature.as_read()], writes: vec![height] }),
+            ("particles", Ports::new(fed_back, vec![positions.clone()])),
+            ("thermal", Ports::new(vec![positions.as_read()], vec![temperature.clone()])),
+            ("end", Ports::new(vec![positions.as_read(), temperature.as_read()], vec![height])),
         ];
         let nodes = nodes.into_iter().take(count).map(|(name, ports)| (name.to_owned(), ports)).collect();
         let mut plan = plan(&nodes, settings).unwrap();

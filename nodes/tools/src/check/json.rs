@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 use stagger_config::Value;
+use stagger_messages::{Supports, Told};
 use stagger_scene::{
     Scene,
     advice::{self, Advice},
@@ -11,7 +12,7 @@ use stagger_scene::{
 
 use stagger_coupling::out_of_reach;
 
-use crate::check::check;
+use crate::check::{check, ports};
 
 /// Name of the format; keys are added within one version, never renamed or removed.
 pub const FORMAT: &str = "stagger-check/2";
@@ -34,6 +35,9 @@ pub struct Report<'a> {
     /// What each physics is set up with, by its table or by the node that has settings of its own: material constants and
     /// defaults resolved.
     pub physics: BTreeMap<&'a str, serde_json::Value>,
+    /// The supports that the fields stand on, with what their rows are in space; those of a command are known only when it
+    /// runs.
+    pub supports: BTreeMap<String, Told>,
     /// Advice on it, where it is asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub advice: Option<Vec<Advice>>,
@@ -61,6 +65,8 @@ pub fn report(scene: &Scene, within: Option<f64>) -> Report<'_> {
         seed: scene.seed,
         settings: &scene.effective,
         physics,
+        // Where a node cannot be built, that is the problem already.
+        supports: ports(scene).map(|(ports, _)| Supports::told(ports.values())).unwrap_or_default(),
         // Particles that cannot be placed are the problem already.
         advice: within.and_then(|within| advice::advise(scene, within).ok()),
         warnings,

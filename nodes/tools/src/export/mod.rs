@@ -4,15 +4,17 @@ mod scalars;
 
 use stagger_runtime::run::outputs::{self, Inputs, Output, OutputError, Replace};
 use std::{
+    collections::{BTreeMap, BTreeSet},
     fs,
     io::BufWriter,
     path::{Path, PathBuf},
 };
 
 pub(crate) use scalars::quoted;
+use stagger_messages::geometry::Shape;
 use stagger_recordings::{
     Recording, RecordingError, State, States, Step,
-    export::vtp::{self, VtpError},
+    export::{VtkError, vti, vtp},
 };
 
 /// What tables of scalars begin with.
@@ -41,8 +43,16 @@ pub enum ExportError {
         /// The file it should have gone to.
         path: PathBuf,
         /// What is wrong.
-        source: VtpError,
+        source: VtkError,
     },
+    /// There is nothing that ParaView could show.
+    #[error(
+        "the recording holds nothing with a place, neither points nor a grid: its numbers go into a table with --csv"
+    )]
+    NoPlace,
+    /// Pairs are asked for, and there are none.
+    #[error("the recording holds no pairs of points, such as contacts between particles: leave --contacts out")]
+    NoPairs,
 }
 
 /// Where a recording is exported to.
@@ -83,10 +93,8 @@ impl Folder<'_> {
 pub struct Exported {
     /// States written.
     pub states: usize,
-    /// The series of particles, to be opened in ParaView.
-    pub particles: PathBuf,
-    /// The series of contacts, where it was asked for.
-    pub contacts: Option<PathBuf>,
+    /// The series to be opened in ParaView: one for each support with a place, by its name.
+    pub series: Vec<PathBuf>,
     /// How far the recording could be read.
     pub reading: Reading,
 }
@@ -112,10 +120,10 @@ pub struct Reading {
 }
 
 /// Writes the start, every n-th accepted step and the last state of a recording into a folder, which is made, as series of
-/// VTK files.
+/// VTK files: points and paths as PolyData, grids as ImageData, and with `contacts` pairs of points as lines.
 ///
 /// # Errors
-/// The recording cannot be read or has no particles; a file cannot be written.
+/// The recording cannot be read or has nothing with a place; a file cannot be written.
 pub fn paraview(
     recording: &Recording,
     folder: &Folder<'_>,
@@ -123,13 +131,11 @@ pub fn paraview(
     contacts: bool,
 ) -> Result<Exported, ExportError> {
     folder.make()?;
-    let mut particles =
-        Series { folder, name: "particles", write: |step, file| vtp::particles(step, file), files: Vec::new() };
-    let mut lines =
-        Series { folder, name: "contacts", write: |step, file| vtp::contacts(step, file), files: Vec::new() };
+    let mut all = AllSeries { folder, pairs: contacts, series: BTreeMap::new(), files: BTreeSet::new() };
+    let mut states = 0;
     let mut put = |step: &Step| {
-        particles.put(step)?;
-        if contacts { lines.put(step) } else { Ok(()) }
+        states += 1;
+        all.put(step)
     };
     // The last state is written whatever its number.
     let mut last = None;
@@ -146,10 +152,14 @@ pub fn paraview(
         Ok(())
     })?;
     last.as_ref().map(put).transpose()?;
-    let states = particles.files.len();
-    let particles = particles.finish()?;
-    let contacts = contacts.then(|| lines.finish()).transpose()?;
-    Ok(Exported { states, particles, contacts, reading })
+    if states > 0 && all.series.values().all(|series| series.is_pairs) {
+        return Err(ExportError::NoPlace);
+    }
+    if states > 0 && contacts && !all.series.values().any(|series| series.is_pairs) {
+        return Err(ExportError::NoPairs);
+    }
+    let series = all.series.into_values().map(|series| series.finish(folder)).collect::<Result<_, _>>()?;
+    Ok(Exported { states, series, reading })
 }
 
 /// Writes the scalars of a recording into `scalars.csv` in a folder, which is made.
@@ -182,28 +192,83 @@ fn read(recording: &Recording, mut put: impl FnMut(State) -> Result<(), ExportEr
     Ok(Reading { complete: messages.complete() && problem.is_none(), problem })
 }
 
-/// Files of one kind, by time.
-struct Series<'f> {
+/// A series for each support with a place.
+struct AllSeries<'f> {
     folder: &'f Folder<'f>,
-    name: &'static str,
-    write: fn(&Step, BufWriter<&mut Output>) -> Result<(), VtpError>,
+    /// Whether pairs are written.
+    pairs: bool,
+    /// By the name of the support.
+    series: BTreeMap<String, Series>,
+    /// What the files are called so far.
+    files: BTreeSet<String>,
+}
+
+impl AllSeries<'_> {
+    fn put(&mut self, step: &Step) -> Result<(), ExportError> {
+        for (support, shape) in step.supports.shapes(&step.fields) {
+            let written = match &shape {
+                Shape::Points(points) => points.places(&step.fields).is_ok(),
+                Shape::Pairs(pairs) => self.pairs && vtp::has_lines(step, pairs),
+                Shape::Grid(_) => true,
+                Shape::Global(_) => false,
+            };
+            if written {
+                let files = &mut self.files;
+                let is_pairs = matches!(shape, Shape::Pairs(_));
+                let new = || Series { name: file_name(&support, files), is_pairs, files: Vec::new() };
+                self.series.entry(support.clone()).or_insert_with(new).put(self.folder, step, &support, &shape)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What the files of a support are called: nodes name their supports, and a name is no path.
+fn file_name(support: &str, taken: &mut BTreeSet<String>) -> String {
+    let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' || c == '_' { c } else { '_' };
+    let mut name: String = support.chars().take(LONGEST_NAME).map(plain).collect();
+    while !taken.insert(name.clone()) {
+        name.push('_');
+    }
+    name
+}
+
+/// Characters of a support's name that are part of a file's name.
+const LONGEST_NAME: usize = 60;
+
+/// Files of one support, by time.
+struct Series {
+    name: String,
+    is_pairs: bool,
     files: Vec<(f64, String)>,
 }
 
-impl Series<'_> {
-    fn put(&mut self, step: &Step) -> Result<(), ExportError> {
-        let name = format!("{}-{:06}.vtp", self.name, step.version.step);
-        let path = self.folder.path.join(&name);
-        let mut file = self.folder.create(&path, vtp::BEGIN)?;
-        (self.write)(step, BufWriter::new(&mut file)).map_err(|source| ExportError::State { path, source })?;
+impl Series {
+    fn put(&mut self, folder: &Folder<'_>, step: &Step, support: &str, shape: &Shape) -> Result<(), ExportError> {
+        let (extension, begin) =
+            if matches!(shape, Shape::Grid(_)) { ("vti", vti::BEGIN) } else { ("vtp", vtp::BEGIN) };
+        let name = format!("{}-{:06}.{extension}", self.name, step.version.step);
+        let path = folder.path.join(&name);
+        let mut file = folder.create(&path, begin)?;
+        let output = BufWriter::new(&mut file);
+        let written = match shape {
+            Shape::Points(points) => vtp::points(step, points, output),
+            Shape::Pairs(pairs) => vtp::pairs(step, pairs, output),
+            Shape::Grid(grid) => vti::grid(step, support, grid, output),
+            Shape::Global(_) => {
+                drop(output);
+                Ok(())
+            }
+        };
+        written.map_err(|source| ExportError::State { path, source })?;
         file.place()?;
         self.files.push((step.t_s, name));
         Ok(())
     }
 
-    fn finish(self) -> Result<PathBuf, ExportError> {
-        let path = self.folder.path.join(format!("{}.pvd", self.name));
-        let mut file = self.folder.create(&path, vtp::SERIES_BEGIN)?;
+    fn finish(self, folder: &Folder<'_>) -> Result<PathBuf, ExportError> {
+        let path = folder.path.join(format!("{}.pvd", self.name));
+        let mut file = folder.create(&path, vtp::SERIES_BEGIN)?;
         let written = std::io::Write::write_all(&mut file, vtp::series(&self.files).as_bytes());
         written.map_err(|source| ExportError::Io { path: path.clone(), source })?;
         file.place()?;

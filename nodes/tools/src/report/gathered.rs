@@ -1,19 +1,21 @@
-//! What a report tells of a recording, gathered in one pass. Memory holds the newest state, a dozen snapshots of the
-//! particles, and curves of bounded length.
+//! What a report tells of a recording, gathered in one pass. Memory holds the newest state, a dozen snapshots of what
+//! has a place, and curves of bounded length.
 
 use std::collections::BTreeMap;
 
 use stagger_coupling::Ledger;
-use stagger_messages::{Directive, Fields, Report, Verdict, directive, report};
-use stagger_recordings::{Body, Message, Outcome, Recording, RecordingError, RunInfo, State, States};
+use stagger_messages::{Directive, Fields, Report, Verdict, directive, geometry::Shape, report};
+use stagger_recordings::{Body, Message, Outcome, Recording, RecordingError, RunInfo, State, States, Step};
 
 use super::{
     plot::Thinned,
-    snapshots::{Colouring, Snapshot, Snapshots},
+    snapshots::{Pictures, Snapshots},
 };
 
 /// Problems that are told in words; more are counted.
 const TOLD: usize = 8;
+/// Numbers without a place in one field that are plotted, at most.
+const GLOBALS: usize = 14;
 
 /// What a recording says.
 #[derive(Clone, Debug, Default)]
@@ -52,8 +54,8 @@ pub struct Gathered {
     pub ledger: Ledger,
     /// What is plotted over simulated time.
     pub curves: Curves,
-    /// Start, middle and end, and what colours them; `None` without particles.
-    pub pictures: Option<(Colouring, Vec<Snapshot>)>,
+    /// Start, middle and end of everything that has a place.
+    pub pictures: Pictures,
     /// The fields of the last state.
     pub fields: Fields,
 }
@@ -92,8 +94,21 @@ pub struct Curves {
     pub first_errors: BTreeMap<String, Thinned>,
     /// Time each node spent in solve, in s.
     pub solve_s: BTreeMap<String, Thinned>,
+    /// Numbers without a place, by field.
+    pub globals: BTreeMap<String, Global>,
     /// Energies of each node in J, by what they are.
     pub energies_j: BTreeMap<String, BTreeMap<String, Thinned>>,
+}
+
+/// The curves of a field without a place: one for each row and component.
+#[derive(Clone, Debug, Default)]
+pub struct Global {
+    /// SI unit.
+    pub unit: String,
+    /// Values per row.
+    pub components: usize,
+    /// The curves, row by row.
+    pub curves: Vec<Thinned>,
 }
 
 impl Gathered {
@@ -209,6 +224,9 @@ impl Curves {
                 }
             }
         }
+        if state.step.recorded {
+            self.globals(&state.step);
+        }
         let Some(decision) = &state.decision else { return };
         self.dt_s.push(t_s, decision.dt_s);
         self.iterations.push(t_s, state.work.iterations.into());
@@ -227,13 +245,30 @@ impl Curves {
         }
     }
 
+    fn globals(&mut self, step: &Step) {
+        let shapes = step.supports.shapes(&step.fields);
+        for (name, field) in &step.fields {
+            let is_global = matches!(shapes.get(&field.port.support), Some(Shape::Global(_)));
+            let (Ok(values), true) = (field.f64(), is_global) else { continue };
+            // More numbers are a list, of which curves would tell nothing.
+            if values.is_empty() || values.len() > GLOBALS {
+                continue;
+            }
+            let global = self.globals.entry(name.clone()).or_default();
+            (global.unit, global.components) = (field.port.unit.clone(), field.components());
+            global.curves.resize_with(values.len().max(global.curves.len()), Thinned::default);
+            global.curves.iter_mut().zip(values).for_each(|(curve, value)| curve.push(step.t_s, *value));
+        }
+    }
+
     /// Whether any curve was thinned.
     #[must_use]
     pub fn thinned(&self) -> bool {
         let of_fields =
             [&self.accepted_errors, &self.first_errors, &self.solve_s].into_iter().flat_map(BTreeMap::values);
         let energies = self.energies_j.values().flat_map(BTreeMap::values);
+        let globals = self.globals.values().flat_map(|global| &global.curves);
         let alone = [&self.dt_s, &self.rejected_dt_s, &self.iterations, &self.contraction];
-        alone.into_iter().chain(of_fields).chain(energies).any(Thinned::is_thinned)
+        alone.into_iter().chain(of_fields).chain(energies).chain(globals).any(Thinned::is_thinned)
     }
 }

@@ -6,6 +6,7 @@ mod fields;
 mod gathered;
 pub(crate) mod html;
 mod page;
+mod pictures;
 pub mod plot;
 mod snapshots;
 

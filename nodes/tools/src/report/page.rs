@@ -2,14 +2,16 @@
 
 use super::{
     convergence, energy, fields,
-    gathered::{Gathered, NodeWork},
+    gathered::{Gathered, Global, NodeWork},
     html::{data, date, document, fact, plots, section, table},
-    plot::{self, Axis, Bar, Bars, Chart, Ramp, Series, View, count, escape, number, quantity},
-    snapshots::{self, Snapshot},
+    pictures,
+    plot::{Axis, Bar, Bars, Chart, Series, Thinned, count, escape, number, quantity},
 };
 
 /// Series in one plot at most: more cannot be told apart.
 pub const SERIES: usize = 14;
+/// Fields without a place that are plotted at most.
+const GLOBALS: usize = 24;
 /// Length of the scene's text that is shown, in bytes.
 const SCENE: usize = 100_000;
 
@@ -17,11 +19,12 @@ const SCENE: usize = 100_000;
 pub fn page(gathered: &Gathered, title: &str) -> String {
     let sections = [
         head(gathered, title),
-        section("Particles", &pictures(gathered)),
+        pictures::pictures(&gathered.pictures),
         section("Steps", &convergence::steps(gathered)),
         section("Convergence", &convergence::errors(gathered)),
         section("Nodes", &nodes(gathered)),
         section("Energy", &energy::energy(gathered)),
+        section("Over time", &globals(gathered)),
         section("Fields", &fields::fields(gathered)),
         section("Scene", &scene(gathered)),
         foot(gathered),
@@ -83,49 +86,6 @@ fn head(gathered: &Gathered, title: &str) -> String {
     text + "</dl>\n"
 }
 
-fn pictures(gathered: &Gathered) -> String {
-    let Some((colouring, shown)) = &gathered.pictures else { return String::new() };
-    let bounds = shown.iter().filter_map(|snapshot| plot::Bounds::around(&snapshot.spheres)).reduce(plot::Bounds::with);
-    let Some(bounds) = bounds else { return String::new() };
-    let axis = Axis::linear(&colouring.name.replace('_', " "), &colouring.unit);
-    let ramp = Ramp { axis, range: snapshots::range(shown) };
-    let mut text = plot::gradients();
-    let (mut thinned, mut outside) = (false, false);
-    for (view, from) in
-        [(View::Front, "from the front (x to the right, z up)"), (View::Above, "from above (x to the right, y up)")]
-    {
-        text += &format!("<p class=\"faint\">Seen {from}:</p>\n<div class=\"pictures\">\n");
-        for Snapshot { t_s, step, spheres } in shown {
-            let name = format!("t = {}", quantity(*t_s, "s"));
-            let picture = plot::picture(&format!("particles at {name}, {from}"), spheres, &bounds, view, &ramp);
-            let drawn = if picture.drawn < picture.visible {
-                format!(", {} of {} drawn", count(picture.drawn as u64), count(picture.visible as u64))
-            } else {
-                String::new()
-            };
-            thinned |= picture.drawn < picture.visible;
-            outside |= picture.outside > 0;
-            text += &format!(
-                "<figure><figcaption>{name} <span class=\"faint\">step {step}, {} particles{drawn}</span></figcaption>\n{}</figure>\n",
-                count(spheres.len() as u64),
-                picture.drawing
-            );
-        }
-        text += "</div>\n";
-    }
-    text += &format!(
-        "<figure class=\"ramp\">{}</figure>\n<p class=\"faint\">All pictures have the same scale and colours.",
-        ramp.drawing()
-    );
-    if thinned {
-        text += " Where more than 5000 particles can be seen, every n-th is drawn.";
-    }
-    if outside {
-        text += " Strays, of each direction's outermost 1 % at either end, may be beyond the pictures.";
-    }
-    text + "</p>\n"
-}
-
 fn nodes(gathered: &Gathered) -> String {
     if gathered.nodes.is_empty() {
         return String::new();
@@ -175,6 +135,30 @@ fn nodes(gathered: &Gathered) -> String {
         text += &table(&["node", "in its last accepted window", "value"], 2, &figures);
     }
     text
+}
+
+/// Fields without a place as curves.
+fn globals(gathered: &Gathered) -> String {
+    let chart = |(name, global): (&String, &Global)| {
+        let series = |(number, curve): (usize, &Thinned)| {
+            let (row, component) = (number / global.components.max(1), number % global.components.max(1));
+            let row = if global.curves.len() > global.components { row.to_string() } else { String::new() };
+            let component = match global.components {
+                0 | 1 => String::new(),
+                3 => ["x", "y", "z"][component].to_owned(),
+                _ => format!("component {component}"),
+            };
+            Series::line(format!("{row} {component}").trim(), curve.points())
+        };
+        let label = name.replace('_', " ");
+        let y = Axis::linear(&label, &global.unit);
+        let series = global.curves.iter().enumerate().map(series).collect();
+        Chart { title: label, x: time(gathered), y, series, levels: Vec::new() }.figure()
+    };
+    let figures: Vec<_> = gathered.curves.globals.iter().take(GLOBALS).map(chart).collect();
+    let more = gathered.curves.globals.len().saturating_sub(GLOBALS);
+    let left_out = if more > 0 { format!("<p class=\"faint\">And {more} more fields.</p>\n") } else { String::new() };
+    plots(&figures) + &left_out
 }
 
 /// The axis of simulated time, the same for all plots.
@@ -227,13 +211,13 @@ fn foot(gathered: &Gathered) -> String {
 mod tests {
     use std::sync::Arc;
 
-    use stagger_messages::{Energy, Field, Measure, Port};
+    use stagger_messages::{Energy, Field, Grid, Measure, Port};
     use stagger_recordings::RunInfo;
 
     use super::*;
     use crate::report::{
-        plot::{Sphere, Thinned},
-        snapshots::Colouring,
+        plot::{Slice, Sphere},
+        snapshots::{Cloud, Colouring, Cut, Pictures, Sliced, Snapshot},
     };
 
     fn noise(number: u32) -> f64 {
@@ -275,7 +259,18 @@ mod tests {
         };
         let snapshot = |step| Snapshot { t_s: 0.01, step, spheres: (0..22_500).map(sphere).collect() };
         let colouring = Colouring { name: "temperature".into(), unit: "K".into() };
-        gathered.pictures = Some((colouring, (0..3).map(snapshot).collect()));
+        let shown = (0..3).map(snapshot).collect();
+        let clouds = vec![Cloud { support: "particles".into(), colouring: colouring.clone(), shown }];
+        let grid = Grid::of_cells([0.0; 3], [1.0; 3], [100, 90, 80]);
+        let values: Vec<f64> = (0..720_000).map(noise).collect();
+        let cut = |step| Cut { t_s: 0.01, step, planes: Slice::middles(&grid, &values) };
+        let shown: Vec<_> = (0..3).map(cut).collect();
+        let sliced = Sliced { support: "cells".into(), colouring, shown };
+        gathered.pictures = Pictures { clouds, grids: vec![sliced; 6] };
+        for number in 0..40 {
+            let global = Global { unit: "W".into(), components: 1, curves: vec![curve(); 2] };
+            gathered.curves.globals.insert(format!("g{number}"), global);
+        }
         gathered
     }
 
@@ -285,9 +280,13 @@ mod tests {
         assert!(page.len() < 5_000_000, "{} bytes", page.len());
         let options = roxmltree::ParsingOptions { allow_dtd: true, ..Default::default() };
         roxmltree::Document::parse_with_options(&page, options).unwrap();
-        for expected in
-            ["every n-th is drawn", "some 1000 points", "The first 100.0 kB of", "The first 48 of 100 fields"]
-        {
+        for expected in [
+            "every n-th is drawn",
+            "some 1000 points",
+            "The first 100.0 kB of",
+            "The first 48 of 100 fields",
+            "And 16 more fields",
+        ] {
             assert!(page.contains(expected), "{expected}");
         }
     }

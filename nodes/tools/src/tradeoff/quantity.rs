@@ -263,7 +263,7 @@ fn rms_of_difference(left: &Rows<'_>, right: &Rows<'_>) -> Option<f64> {
 mod tests {
     use std::{collections::BTreeMap, sync::Arc};
 
-    use stagger_messages::{Energy, Measure, Port, Version};
+    use stagger_messages::{Energy, Measure, Port, Supports, Version};
     use stagger_recordings::{Step, Work};
 
     use super::*;
@@ -277,7 +277,14 @@ mod tests {
         ledger.book("optics", &[Energy::lost("absorbed", absorbed)]);
         ledger.book("thermal", &[Energy::gained("absorbed", 7.0)]);
         let fields = fields.iter().map(field).collect();
-        let step = Step { version: Version::INITIAL, t_s: 0.0, dt_s: 0.0, fields, recorded: true };
+        let step = Step {
+            version: Version::INITIAL,
+            t_s: 0.0,
+            dt_s: 0.0,
+            fields,
+            supports: Supports::default(),
+            recorded: true,
+        };
         State { step, decision: None, work: Work::default(), replies: BTreeMap::new(), ledger }
     }
 

@@ -4,7 +4,7 @@ use super::Acoustics;
 use crate::common::rays::POINTS;
 use serde::Serialize;
 use stagger_coupling::SolveError;
-use stagger_messages::{Measure, Port, Ports};
+use stagger_messages::{Geometry, Measure, Port, Ports};
 
 use super::Interface;
 use crate::common::{
@@ -51,16 +51,15 @@ impl crate::Settings for Settings {
     type Physics = Acoustics;
 
     fn ports(&self) -> Ports {
-        Ports {
-            reads: vec![
-                Port::f64("positions", "m", "particles", 3, Measure::None),
-                Port::f64("radii", "m", "particles", 1, Measure::None),
-            ],
-            writes: vec![
-                Port::f64("acoustic_force", "N", "particles", 3, Measure::Magnitude),
-                Port::f64("acoustic_paths", "m", "acoustic-rays", 3 * POINTS as u32, Measure::None),
-            ],
-        }
+        let reads = vec![
+            Port::f64("positions", "m", "particles", 3, Measure::None),
+            Port::f64("radii", "m", "particles", 1, Measure::None),
+        ];
+        let writes = vec![
+            Port::f64("acoustic_force", "N", "particles", 3, Measure::Magnitude),
+            Port::f64("acoustic_paths", "m", "acoustic-rays", 3 * POINTS as u32, Measure::None),
+        ];
+        Ports::new(reads, writes).with(Geometry::points("acoustic-rays", "acoustic_paths"))
     }
 
     fn build(self) -> Result<Acoustics, SolveError> {

@@ -4,7 +4,7 @@ use super::Current;
 use crate::common::contacts;
 use serde::Serialize;
 use stagger_coupling::SolveError;
-use stagger_messages::{Measure, Port, Ports};
+use stagger_messages::{Geometry, Measure, Port, Ports};
 
 pub use super::conductivity::{Conductivity, Transition};
 use crate::common::{Conductance, Wall};
@@ -88,7 +88,7 @@ impl crate::Settings for Settings {
         if matches!(self.model, Model::Potential { .. }) {
             writes.push(of("potential", "V", "particles", Measure::None));
         }
-        Ports { reads, writes }
+        Ports::new(reads, writes).with(Geometry::global("electrodes"))
     }
 
     fn build(self) -> Result<Current, SolveError> {

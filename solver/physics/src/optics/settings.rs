@@ -4,7 +4,7 @@ use super::Optics;
 use crate::common::rays::POINTS;
 use serde::Serialize;
 use stagger_coupling::SolveError;
-use stagger_messages::{Measure, Port, Ports};
+use stagger_messages::{Geometry, Measure, Port, Ports};
 
 pub use crate::common::beam::{Beam, Path, Profile, Pulses};
 use crate::common::rays::{RefractiveIndex, Sampling};
@@ -94,7 +94,8 @@ impl crate::Settings for Settings {
             of("beam_power", "W", "beam", 1, Measure::None),
         ];
         writes.extend(traced.then(|| of("ray_paths", "m", "rays", 3 * POINTS as u32, Measure::None)));
-        Ports { reads, writes }
+        let ports = Ports::new(reads, writes).with(Geometry::global("beam"));
+        if traced { ports.with(Geometry::points("rays", "ray_paths")) } else { ports }
     }
 
     fn build(self) -> Result<Optics, SolveError> {

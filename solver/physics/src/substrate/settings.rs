@@ -4,7 +4,7 @@ use super::Substrate;
 use crate::common::{Bodies, OnSubstrate};
 use serde::Serialize;
 use stagger_coupling::SolveError;
-use stagger_messages::{Measure, Port, Ports};
+use stagger_messages::{Geometry, Measure, Port, Ports};
 
 use super::{NODE, far_field::FarField};
 use crate::common::{
@@ -56,6 +56,22 @@ impl Grid {
     #[must_use]
     pub fn counts(&self) -> [usize; 3] {
         [0, 1, 2].map(|axis| ((self.upper_m[axis] - self.lower_m[axis]) / self.spacing_m).round().max(1.0) as usize)
+    }
+
+    /// The grid as a support: cells whose middles are [`Grid::points_m`]. Along a side of no length the cell has the side
+    /// asked for.
+    #[must_use]
+    pub fn as_support(&self) -> stagger_messages::Grid {
+        let counts = self.counts();
+        let width = |axis: usize| self.upper_m[axis] - self.lower_m[axis];
+        let spacing_m = [0, 1, 2].map(|axis| match width(axis) {
+            0.0 => self.spacing_m,
+            width => width / counts[axis] as f64,
+        });
+        let origin_m =
+            [0, 1, 2].map(|axis| self.lower_m[axis] - if width(axis) == 0.0 { 0.5 * spacing_m[axis] } else { 0.0 });
+        // A count beyond 32 bits is beyond the limit of points; the support then has a fault, which is told.
+        stagger_messages::Grid::of_cells(origin_m, spacing_m, counts.map(|count| u32::try_from(count).unwrap_or(0)))
     }
 
     /// The points, in m; x runs fastest, then y.
@@ -125,7 +141,10 @@ impl crate::Settings for Settings {
             reads.push(Port::f64("radii", "m", "particles", 1, Measure::None));
             writes.push(Port::f64("wall_deflection", "m", "particles", 1, Measure::Magnitude));
         }
-        Ports { reads, writes }
+        Ports::new(reads, writes).with(match (self.grids.as_slice(), self.points_m.as_slice()) {
+            ([grid], []) => Geometry::grid("grid", grid.as_support()),
+            _ => Geometry::points("grid", "stress_position"),
+        })
     }
 
     fn build(self) -> Result<Substrate, SolveError> {

@@ -195,7 +195,7 @@ impl crate::Settings for Settings {
         if self.enthalpy.as_ref().is_some_and(Enthalpy::changes_phase) {
             writes.extend([particles("melted", "1"), Port::u8("vapourised", "particles", 1)]);
         }
-        Ports { reads, writes }
+        Ports::new(reads, writes)
     }
 
     fn build(self) -> Result<Thermal, SolveError> {

@@ -1,4 +1,4 @@
-//! Plots as inline SVG: lines, marks, bars, histograms and particles. They know nothing of runs.
+//! Plots as inline SVG: lines, marks, bars, histograms, spheres and planes of grids. They know nothing of runs.
 //!
 //! Every plot is a `<figure>` that stands in a page with the style sheet [`STYLE`], which colours it for light and dark.
 
@@ -10,6 +10,7 @@ mod chart;
 mod histogram;
 mod quantity;
 mod ramp;
+mod slices;
 mod spheres;
 mod svg;
 mod thinned;
@@ -20,6 +21,7 @@ pub use chart::{Chart, Level, Mark, Series};
 pub use histogram::{Distribution, histogram};
 pub use quantity::{Scaled, count, number, power_of_ten, quantity, scaled};
 pub use ramp::{Ramp, gradients};
+pub use slices::Slice;
 pub use spheres::{Bounds, Sphere, View, Visible, picture};
 pub use svg::{Drawing, escape};
 pub use thinned::Thinned;

@@ -33,6 +33,16 @@ impl Ramp {
         format!("s{}", (fraction * (SHADES - 1) as f64).round() as usize)
     }
 
+    /// The plain colour of that shade, as a style sheet has it.
+    #[must_use]
+    pub fn colour(&self, value: f64) -> String {
+        if value.is_nan() {
+            return hex(NO_VALUE);
+        }
+        let fraction = self.range.fraction(value, colour_scale::Scale::Linear);
+        hex(colour_scale::colour((fraction * (SHADES - 1) as f64).round() / (SHADES - 1) as f64))
+    }
+
     /// The ramp with its numbers.
     #[must_use]
     pub fn drawing(&self) -> String {

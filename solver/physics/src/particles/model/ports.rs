@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use stagger_messages::{Measure, Port, Ports};
+use stagger_messages::{Geometry, Measure, Port, Ports};
 
 use crate::particles::settings::Settings;
 
@@ -52,7 +52,11 @@ impl ParticlePorts {
         let written = written.chain(self.contacts.all()).chain(self.wall_contacts.all());
         let written = written.chain(loads.into_iter().flatten()).chain(settings.come_and_go().then_some(&self.ids));
         let written = written.chain(settings.writes_material.then_some(&self.material));
-        Ports { reads, writes: written.map(|port| (**port).clone()).collect() }
+        let particles = &self.positions.support;
+        Ports::new(reads, written.map(|port| (**port).clone()).collect())
+            .with(Geometry::spheres(particles, &self.positions.field, &self.radii.field))
+            .with(self.contacts.geometry(particles, particles))
+            .with(self.wall_contacts.geometry(particles, "walls"))
     }
 }
 
@@ -75,6 +79,11 @@ impl ContactPorts {
             distance: Arc::new(port("distance", "m")),
             force: forces.then(|| Arc::new(port("normal_force", "N"))),
         }
+    }
+
+    /// The support of the list: pairs of rows of `of` and `with`.
+    pub fn geometry(&self, of: &str, with: &str) -> Geometry {
+        Geometry::pairs(&self.pairs.support, &self.pairs.field, of, with)
     }
 
     pub fn all(&self) -> impl Iterator<Item = &Arc<Port>> {
