@@ -135,7 +135,7 @@ impl<W: Write> Journal<W> {
                 if !self.admitted(self.membership.admits_manifest(&topic, &manifest)) {
                     return Ok(());
                 }
-                ("Manifest", 0.0, None)
+                ("Manifest", 0.0, Some(Body::Manifest(manifest)))
             }
             ControlKind::Checkpoint => {
                 let Some(checkpoint) = self.decoded(codec::decode::<Checkpoint>("checkpoint", message)) else {
