@@ -27,5 +27,6 @@ mod same_bits;
 mod several_hosts;
 #[cfg(target_os = "linux")]
 mod shared_memory;
+mod supports;
 mod tradeoff;
 mod vapour;

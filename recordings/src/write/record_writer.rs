@@ -138,7 +138,7 @@ impl<W: Write> RecordWriter<W> {
                 if !self.admitted(self.admission.admits_manifest(&topic, &manifest)) {
                     return Ok(());
                 }
-                ("Manifest", 0.0, None)
+                ("Manifest", 0.0, Some(Body::Manifest(manifest)))
             }
             ControlKind::Checkpoint => {
                 let Some(checkpoint) = self.decoded(codec::decode::<Checkpoint>("checkpoint", message)) else {

@@ -260,7 +260,14 @@ mod tests {
 
     fn step(number: u64, fields: impl IntoIterator<Item = (String, Field)>) -> Step {
         let version = Version { step: number, attempt: 1, iteration: 1 };
-        Step { version, t_s: 0.25 * number as f64, dt_s: 0.25, fields: fields.into_iter().collect(), recorded: true }
+        Step {
+            version,
+            t_s: 0.25 * number as f64,
+            dt_s: 0.25,
+            fields: fields.into_iter().collect(),
+            supports: stagger_messages::Supports::default(),
+            recorded: true,
+        }
     }
 
     #[test]

@@ -297,7 +297,7 @@ fn watts(power_w: f64) -> String {
 mod tests {
     use std::sync::Arc;
 
-    use stagger_messages::{Field, Measure, Port, Values, Version};
+    use stagger_messages::{Field, Measure, Port, Supports, Values, Version};
 
     use super::*;
 
@@ -320,7 +320,7 @@ mod tests {
             field("beam_power", "W", "beam", 1, vec![40.0]),
             ("contact_pairs".into(), pairs),
         ]);
-        Step { version: Version::first(1), t_s: 1e-3, dt_s: 1e-4, fields, recorded: true }
+        Step { version: Version::first(1), t_s: 1e-3, dt_s: 1e-4, fields, supports: Supports::default(), recorded: true }
     }
 
     fn layers() -> Layers {
