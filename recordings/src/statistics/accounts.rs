@@ -1,3 +1,5 @@
+//! The decisions of a run together with the reports they are about.
+
 use std::collections::BTreeMap;
 
 use stagger_messages::{

@@ -1,3 +1,5 @@
+//! The order and the form in which messages are recorded: each once, in simulated time.
+
 use std::{
     collections::{BTreeMap, BTreeSet},
     io::{BufWriter, Write},

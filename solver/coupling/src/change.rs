@@ -1,3 +1,5 @@
+//! How far the fields move from one iteration to the next (Zohdi 2018, eq. 6.48).
+
 use stagger_messages::{Change, Field, Measure, MessageError};
 
 use crate::math;

@@ -1,3 +1,5 @@
+//! Everything the coordinator decides from, as plain data that can be saved.
+
 use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};

@@ -1,3 +1,5 @@
+//! The loop of a run over an ensemble of nodes, wherever they are.
+
 use std::collections::BTreeMap;
 
 use stagger_messages::{Decision, Field, Iterate, Plan, Ready, Source, Verdict, Version};

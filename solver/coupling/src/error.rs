@@ -1,3 +1,5 @@
+//! Why a physics cannot be set up or a window not be solved.
+
 use stagger_messages::MessageError;
 
 /// Why a physics could not be set up or a window not be solved.

@@ -1,3 +1,5 @@
+//! An ensemble whose participants are all in this process.
+
 use std::collections::BTreeMap;
 
 use stagger_messages::{

@@ -1,3 +1,5 @@
+//! The fields that one node reads, as they come in, and the versions it freezes.
+
 use std::{collections::BTreeMap, sync::Arc};
 
 use stagger_messages::{Envelope, Field, Fields, Iterate, Port, Source, Version, codec::Received};

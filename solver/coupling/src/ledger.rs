@@ -1,3 +1,5 @@
+//! The energy of a run, summed over accepted windows.
+
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};

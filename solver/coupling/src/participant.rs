@@ -1,3 +1,5 @@
+//! What takes part in a run: it answers trials and commits them.
+
 use std::collections::BTreeMap;
 
 use stagger_messages::{Change, Done, Field, Fields, Measure, Port, Ports, Ready, Rows, Source, Version};

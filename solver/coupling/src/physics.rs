@@ -1,3 +1,5 @@
+//! What a physics is: a pure function from a state, frozen fields and a window to the next state and a reply.
+
 use std::collections::BTreeMap;
 
 use serde::{Serialize, de::DeserializeOwned};

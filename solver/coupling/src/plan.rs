@@ -1,3 +1,5 @@
+//! Who reads what from whom, and in which order the nodes solve.
+
 use std::collections::{BTreeMap, BTreeSet};
 
 use stagger_messages::{Measure, NodePlan, Plan, Port, Ports, Source};

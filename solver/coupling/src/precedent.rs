@@ -1,3 +1,5 @@
+//! The course of an earlier run, which a run with recorded nodes follows.
+
 use std::collections::BTreeMap;
 
 use stagger_messages::{Decision, Verdict, Version};

@@ -1,3 +1,5 @@
+//! Which nodes take part in which step.
+
 use std::collections::{BTreeMap, BTreeSet};
 
 use stagger_messages::{Part, Plan, Version};

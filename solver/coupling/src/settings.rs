@@ -1,3 +1,5 @@
+//! Settings of the coupling (Zohdi 2018, section 6.4).
+
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};

@@ -1,3 +1,5 @@
+//! Accept, iterate or reject a step, and how long the next one is (Zohdi 2018, section 6.4).
+
 use std::{collections::BTreeMap, sync::Arc};
 
 use serde::{Deserialize, Serialize};

@@ -1,3 +1,5 @@
+//! Relaxation with Aitken's dynamic factor (Küttler & Wall 2008, eq. 44).
+
 use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
 

@@ -1,3 +1,5 @@
+//! Relaxation with a constant factor.
+
 use super::Iterates;
 
 /// x + ω (x̃ − x) for every field; where that is too large for binary64, x̃ itself.

@@ -1,3 +1,5 @@
+//! Interface quasi-Newton with a least-squares model (Degroote, Bathe & Vierendeels 2009).
+
 use std::collections::VecDeque;
 
 use nalgebra::{DMatrix, DMatrixView, DVector};

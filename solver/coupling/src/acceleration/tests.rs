@@ -1,3 +1,5 @@
+//! The accelerators on linear problems with known solutions, and at the limits of their numbers.
+
 // Equal bits are asked for where the same operations ran.
 #![allow(clippy::float_cmp)]
 
