@@ -1,3 +1,5 @@
+//! What can be wrong with a message or a field.
+
 use crate::ValueKind;
 
 /// What can be wrong with a message or a field.

@@ -1,3 +1,5 @@
+//! A field: values of one port on one support at one version, as they go from node to node.
+
 use std::{collections::BTreeMap, sync::Arc};
 
 use bytes::Bytes;

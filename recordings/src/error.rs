@@ -1,3 +1,5 @@
+//! What can go wrong when a run is recorded or a recording is read.
+
 use std::path::PathBuf;
 
 /// What can go wrong when a run is recorded or a recording is read.

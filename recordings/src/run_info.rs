@@ -1,3 +1,5 @@
+//! What a recording says about its run besides the messages.
+
 use std::{collections::BTreeMap, sync::Arc};
 
 use stagger_config::Problems;

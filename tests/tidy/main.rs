@@ -176,6 +176,14 @@ fn no_source_file_is_past_600_lines() {
 }
 
 #[test]
+fn every_source_file_says_what_it_holds() {
+    for file in files(&root(), &[".rs"]) {
+        let text = std::fs::read_to_string(&file).unwrap();
+        assert!(text.starts_with("//! "), "{} does not begin with what it holds", shown(&file));
+    }
+}
+
+#[test]
 fn no_test_is_ignored_and_nothing_is_left_undone() {
     // Put together here so that this file does not find itself.
     let marks =

@@ -1,3 +1,5 @@
+//! The particles of a step as Foxglove's PointCloud.
+
 use stagger_messages::{Grid, Points, geometry::Shape};
 
 use super::{

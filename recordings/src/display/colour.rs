@@ -1,3 +1,5 @@
+//! Colours of a value in its range: K. Moreland's map of 2009.
+
 use crate::display::colour_scale::{Range, Scale};
 
 /// Blue, grey, red: three colours of K. Moreland's "smooth cool to warm" map (2009), whose middle is the lightest.

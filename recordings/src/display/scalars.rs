@@ -1,3 +1,5 @@
+//! The numbers of a step that a display plots.
+
 use stagger_coupling::Ledger;
 use stagger_messages::geometry::Shape;
 

@@ -1,3 +1,5 @@
+//! Values of a field that later messages refer to.
+
 use stagger_messages::Version;
 
 /// Values of one field that a later message may refer to by `same_as`: the committed ones, and those of the attempt

@@ -1,3 +1,5 @@
+//! A recording file: its index, its run, and its messages one by one.
+
 use std::{
     collections::{BTreeMap, BTreeSet},
     fs::{File, TryLockError},

@@ -1,3 +1,5 @@
+//! The replies of one node of a recorded run, in the order in which they were given.
+
 use std::{collections::BTreeMap, fs::File};
 
 use stagger_coupling::{Window, resting, window_of};

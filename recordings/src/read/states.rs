@@ -1,3 +1,5 @@
+//! The accepted states of a run, each with all that belongs to it.
+
 use std::collections::BTreeMap;
 
 use stagger_coupling::Ledger;

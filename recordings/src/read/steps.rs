@@ -1,3 +1,5 @@
+//! The accepted steps of a run, put together from its messages.
+
 use std::collections::BTreeMap;
 
 use stagger_messages::{Field, Fields, Supports, Verdict, Version, codec::Received};

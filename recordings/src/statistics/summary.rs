@@ -1,3 +1,5 @@
+//! What happened in a recorded run, as numbers and as JSON.
+
 use std::collections::BTreeMap;
 
 use stagger_coupling::Account;

@@ -1,3 +1,5 @@
+//! What happened in a recorded run, as text.
+
 use std::fmt::{self, Display, Formatter};
 
 use stagger_coupling::{Account, math};

@@ -1,3 +1,5 @@
+//! Sizes of a run's windows, in bounded memory.
+
 use crate::WindowSizes;
 
 /// Parts kept at most.

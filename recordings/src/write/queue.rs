@@ -1,3 +1,5 @@
+//! A queue with a limit in bytes.
+
 use std::{
     collections::VecDeque,
     sync::{Condvar, Mutex, MutexGuard, PoisonError},

@@ -1,3 +1,5 @@
+//! The recorder: takes the messages of a run and writes them on a thread of its own.
+
 use std::{
     collections::BTreeSet,
     io::Write,

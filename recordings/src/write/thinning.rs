@@ -1,3 +1,5 @@
+//! Which fields are kept where not all are.
+
 use std::collections::BTreeMap;
 
 use bytes::Bytes;

@@ -1,3 +1,5 @@
+//! Whole scenes: what they give, and the mistakes that are named.
+
 // Values are read here, not computed: they are equal to the last bit.
 #![allow(clippy::float_cmp)]
 

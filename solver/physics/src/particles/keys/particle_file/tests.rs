@@ -1,3 +1,5 @@
+//! Files of particles in every format, whole and broken.
+
 // Values are read here, not computed: they are equal to the last bit.
 #![allow(clippy::float_cmp)]
 
