@@ -15,8 +15,7 @@
 //! 10. `insertion`: particles that come and go
 //! 11. `window`: one window as a whole
 //! 12. `start`: where particles are at t = 0
-//!
-//! `keys` reads what a scene says of them.
+//! 13. `keys`: reads what a scene says of them
 
 pub mod bonds;
 mod contact;

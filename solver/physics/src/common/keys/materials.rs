@@ -11,8 +11,9 @@ use stagger_config::{
 };
 use std::collections::BTreeMap;
 
-use crate::thermal::Table as Property;
 use stagger_messages::Shown;
+
+use crate::common::Table as Property;
 
 /// Materials by name.
 pub type Materials = BTreeMap<String, Material>;

@@ -1,6 +1,6 @@
 //! `[particles.bonds]`: bonds with a state of their own.
 
-use crate::particles::{BondSettings, BondStiffness};
+use crate::particles::settings::{BondSettings, BondStiffness};
 use stagger_config::{
     key::{Key, Kind, Range, Section},
     reader::Table,

@@ -8,7 +8,7 @@ use stagger_config::{
 
 use super::groups::MATERIAL;
 use crate::common::{keys::materials::Material, property};
-use crate::particles::{Contact, ContactLaw, Drag, Friction, OverlapBond, Rolling};
+use crate::particles::settings::{Contact, ContactLaw, Drag, Friction, OverlapBond, Rolling};
 use stagger_messages::Shown;
 
 static LAW: Key = Key::new(

@@ -1,6 +1,6 @@
 //! `[particles.electromagnetic]`, `[particles.near-field]` and `[particles.magnetic]`: forces of fields.
 
-use crate::particles::{
+use crate::particles::settings::{
     Base, Charge, Electromagnetic, FieldForces, FieldRegion, Magnetic, MagneticSource, NearFieldSettings, Presence,
 };
 use stagger_config::{

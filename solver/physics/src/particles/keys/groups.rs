@@ -8,7 +8,7 @@ use stagger_config::{
 use std::collections::BTreeMap;
 
 use crate::common::keys::materials::{self, Material};
-use crate::particles::{self, Group, Radius};
+use crate::particles::settings::{self, Group, Radius};
 use stagger_messages::Shown;
 
 pub(crate) static COUNT: Key = Key::new("count", Kind::Whole(0, 10_000_000), "Number of particles.")
@@ -82,8 +82,8 @@ impl Used {
     }
 
     /// The materials with what the particles' motion needs of them.
-    pub fn settings(&self, density: impl Fn(&(String, Material)) -> f64) -> Vec<particles::Material> {
-        let settings = |used: &(String, Material)| particles::Material {
+    pub fn settings(&self, density: impl Fn(&(String, Material)) -> f64) -> Vec<settings::Material> {
+        let settings = |used: &(String, Material)| settings::Material {
             name: used_name(used),
             density_kg_m3: density(used),
             stiffness: used.1.young_pa,

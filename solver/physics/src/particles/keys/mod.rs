@@ -20,7 +20,7 @@ use self::{
     groups::{COUNT, GROUPS, MATERIAL, RADIUS, Used},
     start::{START, Starting},
 };
-use super::{Group, Integrator, LeverArm, Pour, Settings, Start};
+use super::settings::{Group, Integrator, LeverArm, Pour, Settings, Start};
 use crate::{
     Configured, PhysicsKind, Surroundings,
     common::{

@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 
 use crate::{
     common::Wall,
-    particles::{Material, Pair},
+    particles::settings::{Material, Pair},
 };
 
 static BETWEEN: Key = Key::new(

@@ -9,7 +9,7 @@ use std::{collections::BTreeMap, f64::consts::PI};
 
 use super::groups::{self, Used};
 use crate::common::keys::materials::{self, Material};
-use crate::particles::{Domain, Pour, PourRegion, Radius};
+use crate::particles::settings::{Domain, Pour, PourRegion, Radius};
 use stagger_coupling::math;
 use stagger_messages::Shown;
 

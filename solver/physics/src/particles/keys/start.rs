@@ -12,7 +12,7 @@ use super::{groups::Used, particle_file};
 use crate::common::keys::materials::{self, Material};
 use crate::{
     common::Wall,
-    particles::{Lattice, Start, StartRegion},
+    particles::settings::{Lattice, Start, StartRegion},
 };
 use stagger_messages::Shown;
 

@@ -12,7 +12,7 @@ mod flight;
 use rand_chacha::rand_core::RngCore;
 use stagger_coupling::{SolveError, math};
 
-use self::flight::Flight;
+use self::flight::{Flight, OVERSHOOT};
 use super::{radii::volume, sequential_addition::SequentialAddition};
 use crate::{
     common::{Vec3, random::uniform},
@@ -23,8 +23,6 @@ use crate::{
 const LOOSE: f64 = 0.25;
 /// No packing of spheres that differ little is denser than 0.7405 (Hales 2005); one of few sizes can be a little more.
 const DENSEST: f64 = 0.80;
-/// The final radii are overshot by this share, so that rounding leaves no overlap.
-const OVERSHOOT: f64 = 1e-9;
 /// Growth of a diameter over the distance flown: at first, and from one try to the next.
 const FASTEST: f64 = 0.03;
 const SLOWER: f64 = 0.25;

@@ -7,7 +7,7 @@ mod vtk_xml;
 mod xyz;
 use stagger_config::problems::{cut, nearest, quoted};
 
-use crate::particles::Start;
+use crate::particles::settings::Start;
 
 /// Mistakes of one file that are told; the rest are counted.
 const TOLD: usize = 5;

@@ -2,10 +2,11 @@
 
 use std::collections::BinaryHeap;
 
-use crate::{
-    common::Vec3,
-    particles::start::growth::event::{Event, Kind},
-};
+use super::event::{Event, Kind};
+use crate::common::Vec3;
+
+/// The final radii are overshot by this share, so that rounding leaves no overlap.
+pub(super) const OVERSHOOT: f64 = 1e-9;
 
 /// Spheres between the walls of a box with a corner at the origin, in units of the mean final diameter.
 pub(super) struct Flight {
@@ -27,8 +28,7 @@ pub(super) struct Flight {
 impl Flight {
     pub fn new(extent: Vec3, radii: Vec<f64>, positions: Vec<Vec3>, velocities: Vec<Vec3>, share: f64) -> Self {
         let largest = radii.iter().fold(0.0f64, |largest, &radius| largest.max(radius));
-        let grid =
-            Grid::new(&extent, 2.0 * largest * (1.0 + 2.0 * crate::particles::start::growth::OVERSHOOT), &positions);
+        let grid = Grid::new(&extent, 2.0 * largest * (1.0 + 2.0 * OVERSHOOT), &positions);
         let count = positions.len();
         Self {
             extent,
