@@ -4,7 +4,7 @@
 use stagger_physics::{PhysicsKind, acoustics, current, optics, particles, substrate, thermal};
 
 /// Every physics that a scene can run, in the order of its tables.
-pub static BUILT_IN: [&PhysicsKind; 6] = [
+pub static BUILT_IN: &[&PhysicsKind] = &[
     &particles::keys::KIND,
     &thermal::keys::KIND,
     &optics::keys::KIND,
@@ -16,13 +16,13 @@ pub static BUILT_IN: [&PhysicsKind; 6] = [
 /// The physics of that name.
 #[must_use]
 pub fn kind(name: &str) -> Option<&'static PhysicsKind> {
-    BUILT_IN.into_iter().find(|kind| kind.name == name)
+    BUILT_IN.iter().copied().find(|kind| kind.name == name)
 }
 
 /// The names of all of them, as a message lists them.
 #[must_use]
 pub fn names() -> String {
-    let names = BUILT_IN.map(|kind| kind.name);
+    let names: Vec<_> = BUILT_IN.iter().map(|kind| kind.name).collect();
     match names.split_last() {
         Some((last, rest)) if !rest.is_empty() => format!("{} or {last}", rest.join(", ")),
         _ => names.concat(),

@@ -178,7 +178,7 @@ static TRADEOFF: Key =
 
 /// The top of a scene: its own keys and the table of each physics.
 static ROOT: LazyLock<&'static Section> = LazyLock::new(|| {
-    let (of_bodies, others): (Vec<_>, Vec<_>) = BUILT_IN.into_iter().partition(|kind| kind.bodies.is_some());
+    let (of_bodies, others): (Vec<_>, Vec<_>) = BUILT_IN.iter().copied().partition(|kind| kind.bodies.is_some());
     let tables = |kinds: Vec<&'static PhysicsKind>| kinds.into_iter().map(|kind| table_of(kind));
     let keys: Vec<&'static Key> = [&TITLE, &DURATION, &SEED, &MATERIALS]
         .into_iter()
@@ -200,7 +200,7 @@ static ROOT: LazyLock<&'static Section> = LazyLock::new(|| {
 static TABLES: LazyLock<BTreeMap<&'static str, &'static Key>> = LazyLock::new(|| {
     let key =
         |kind: &PhysicsKind| leaked(Key::new(kind.name, Kind::Table(kind.section), kind.doc).or_from(kind.absent));
-    BUILT_IN.into_iter().map(|kind| (kind.name, key(kind))).collect()
+    BUILT_IN.iter().copied().map(|kind| (kind.name, key(kind))).collect()
 });
 
 static NODES: LazyLock<&'static Key> =
@@ -288,7 +288,7 @@ impl Scene {
     #[must_use]
     pub fn built_in_nodes(&self) -> BTreeMap<String, &'static PhysicsKind> {
         let mut nodes = BTreeMap::new();
-        for kind in BUILT_IN.into_iter().filter(|kind| self.physics.contains_key(kind.name)) {
+        for kind in BUILT_IN.iter().copied().filter(|kind| self.physics.contains_key(kind.name)) {
             // One with settings of its own runs beside its namesake, not instead of it.
             let renamed = |node: &NodeSettings| node.physics.as_deref() == Some(kind.name) && node.own.is_none();
             let replaced = self.nodes.get(kind.name).is_some_and(|node| node.command.is_some());
@@ -314,7 +314,7 @@ impl Scene {
         let (duration_s, seed) = (root.number(&DURATION), root.whole(&SEED));
         let materials = materials::read(root, &MATERIALS);
         let open = |kind: &PhysicsKind| root.optional_table(table_of(kind));
-        let (of_bodies, others): (Vec<_>, Vec<_>) = BUILT_IN.into_iter().partition(|kind| kind.bodies.is_some());
+        let (of_bodies, others): (Vec<_>, Vec<_>) = BUILT_IN.iter().copied().partition(|kind| kind.bodies.is_some());
         // One physics says what the bodies are.
         let body_kind = *of_bodies.first()?;
         let body_table = open(body_kind);
@@ -358,9 +358,9 @@ impl Scene {
             for (field, absolute) in physics.values().flat_map(|settings| settings.absolute_tolerances(&bodies)) {
                 coupling.fields.entry(field.into()).or_default().absolute.get_or_insert(absolute);
             }
-            let mut kinds = BUILT_IN;
+            let mut kinds = BUILT_IN.to_vec();
             kinds.sort_by_key(|kind| kind.rank);
-            coupling.default_sequence = kinds.map(|kind| kind.name.to_owned()).into();
+            coupling.default_sequence = kinds.iter().map(|kind| kind.name.to_owned()).collect();
         }
         let record = root.table(&RECORD).map(|table| {
             let record = nodes::record(&table);

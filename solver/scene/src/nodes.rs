@@ -15,7 +15,7 @@ use super::{
 };
 
 static PHYSICS: LazyLock<&'static Key> = LazyLock::new(|| {
-    let computes: Vec<_> = BUILT_IN.into_iter().map(|kind| (kind.name, kind.computes)).collect();
+    let computes: Vec<_> = BUILT_IN.iter().copied().map(|kind| (kind.name, kind.computes)).collect();
     let doc = "Built-in physics that runs under this name.";
     leaked(Key::new("physics", Kind::Choice(leaked(computes)), doc).or_from("none; a node has a physics or a command"))
 });
@@ -27,7 +27,7 @@ static COMMAND: Key = Key::new(
 .or_from("none; a node has a physics or a command");
 /// Settings of a node's own, by the physics; the one that says what the bodies are has none.
 static OWN: LazyLock<BTreeMap<&'static str, &'static Key>> = LazyLock::new(|| {
-    let own = BUILT_IN.into_iter().filter(|kind| kind.bodies.is_none());
+    let own = BUILT_IN.iter().copied().filter(|kind| kind.bodies.is_none());
     own.map(|kind| {
         let name = kind.name;
         let doc =
