@@ -226,7 +226,8 @@ mod tests {
     use crate::StepSize;
 
     fn settings() -> Settings {
-        Settings::new(StepSize { start_s: 1.0, limit_s: 1.0, minimum_s: 1e-3, growth: 2.0 })
+        let settings = Settings::new(StepSize { start_s: 1.0, limit_s: 1.0, minimum_s: 1e-3, growth: 2.0 });
+        Settings { default_sequence: ["particles", "optics", "thermal"].map(Into::into).into(), ..settings }
     }
 
     fn nodes() -> BTreeMap<String, Ports> {

@@ -112,7 +112,7 @@ fn what_is_missing_or_cannot_be_is_told() {
     let group = ("particles.groups.drops", "{ count = 3, radius = \"30 um\", material = \"ink\" }");
     let two = told(BED, &[group, ("optics", light)]);
     assert!(
-        two.contains("the particles are of 316L, ink, but the physics that need their `electrical-conductivity` take one material"),
+        two.contains("the particles are of 316L, ink, but the physics that need their `absorption` take one material"),
         "{two}"
     );
 }
