@@ -320,7 +320,14 @@ mod tests {
             field("beam_power", "W", "beam", 1, vec![40.0]),
             ("contact_pairs".into(), pairs),
         ]);
-        Step { version: Version::first(1), t_s: 1e-3, dt_s: 1e-4, fields, supports: Supports::default(), recorded: true }
+        Step {
+            version: Version::first(1),
+            t_s: 1e-3,
+            dt_s: 1e-4,
+            fields,
+            supports: Supports::default(),
+            recorded: true,
+        }
     }
 
     fn layers() -> Layers {

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use stagger_coupling::Ledger;
 use stagger_messages::FieldError;
 use stagger_recordings::{Outcome, Step};
-use stagger_coupling::Ledger;
 
 use crate::layers::values;
 

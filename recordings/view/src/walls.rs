@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use stagger_messages::Done;
-use stagger_recordings::RunInfo;
-use stagger_physics::common::walls::{Motion, Plane, Shape, Wall, WallState};
 use stagger_config::Problems;
+use stagger_messages::Done;
+use stagger_physics::common::walls::{Motion, Plane, Shape, Wall, WallState};
+use stagger_recordings::RunInfo;
 
 use crate::{frame::Overview, layout::dot};
 
