@@ -24,7 +24,7 @@ use layers::{Layers, f64s, largest_current};
 use plots::Plots;
 use show::{Moment, Show};
 use stagger_messages::Verdict;
-use stagger_recordings::{Messages, Recording, RunInfo, Step, Steps, display::colour_scale, messages_from};
+use stagger_recordings::{Messages, Recording, RunInfo, Step, Steps, display::colour_scale as colour, messages_from};
 use walls::Walls;
 
 fn main() -> ExitCode {

@@ -47,7 +47,7 @@ impl Walls {
     /// # Errors
     /// Every mistake in the scene: one of another version of the program may have keys that are not known.
     pub fn of(info: &RunInfo) -> Result<Self, Problems> {
-        let list = info.scene()?.particles.map(|particles| particles.walls).unwrap_or_default();
+        let list = info.scene()?.walls;
         Ok(Self { list, displaced_m: BTreeMap::new() })
     }
 
