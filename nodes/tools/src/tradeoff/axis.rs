@@ -310,7 +310,7 @@ mod tests {
         };
         assert_eq!(substep_s, Some(2.5e-8));
         let Some(optics::Model::BeerLambert { spacing_m, .. }) =
-            tight.settings::<optics::Settings>().map(|optics| optics.model.clone())
+            tight.settings::<optics::Settings>().map(|optics| optics.model)
         else {
             panic!()
         };
