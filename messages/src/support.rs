@@ -105,7 +105,7 @@ impl Grid {
     }
 
     /// The smallest corner in m, the spacing in m, and the number of values along each axis; `None` where the grid has a
-    /// [`Grid::fault`].
+    /// `Grid::fault`.
     #[must_use]
     pub fn layout(&self) -> Option<([f64; AXES], [f64; AXES], [usize; AXES])> {
         let of = |values: &[f64]| <[f64; AXES]>::try_from(values).ok();
@@ -121,7 +121,7 @@ impl Grid {
         sound.then(|| (origin_m, spacing_m, dims.map(|count| count as usize)))
     }
 
-    /// Number of values: the product of the dims; 0 where the grid has a [`Grid::fault`].
+    /// Number of values: the product of the dims; 0 where the grid has a `Grid::fault`.
     #[must_use]
     pub fn rows(&self) -> usize {
         self.layout().map_or(0, |(.., dims)| dims.iter().product())

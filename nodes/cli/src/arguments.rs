@@ -320,7 +320,7 @@ pub(super) struct TradeoffArguments {
     /// Set a key for the reference, beside far tighter steps, tolerances and sampling
     #[arg(long, value_name = "KEY=VALUE", value_parser = key_value)]
     pub(super) reference: Vec<(String, String)>,
-    /// Measure errors by this, such as "peak temperature"; by default what [tradeoff] in the scene names
+    /// Measure errors by this, such as "peak temperature"; by default what `[tradeoff]` in the scene names
     #[arg(long, value_name = "QUANTITY", value_parser = str::parse::<stagger_tools::tradeoff::Quantity>)]
     pub(super) quantity: Vec<stagger_tools::tradeoff::Quantity>,
     /// Largest error of the setting that is recommended: 1% or 0.01

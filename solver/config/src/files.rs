@@ -8,7 +8,7 @@ pub type Files = BTreeMap<String, Arc<[u8]>>;
 /// Reads the file at a path that a scene names; what went wrong is said in words.
 pub type ReadFile<'r> = &'r dyn Fn(&str) -> Result<Vec<u8>, String>;
 
-/// What [`stagger_scene::Scene::parse`] reads files with: it has none.
+/// What `stagger_scene::Scene::parse` reads files with: it has none.
 pub fn none(_: &str) -> Result<Vec<u8>, String> {
     Err("this scene is read without the files it names (Scene::parse_with_files takes them)".into())
 }
