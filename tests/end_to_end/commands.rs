@@ -16,7 +16,7 @@ fn setting<'a>(report: &'a Value, path: &str) -> &'a Value {
 fn a_scene_is_told_in_si_units_with_its_materials_resolved() {
     let place = Workplace::with("deposition-laser.toml");
     let report = check(&place, &["--set", "thermal.phi=0.75"]);
-    assert_eq!(report["format"], "stagger-check/2");
+    assert_eq!(report["format"], "stagger-check/3");
     assert_eq!(report["duration_s"], 8e-3);
     assert_eq!(setting(&report, "particles.radius.mean")["si"], serde_json::json!([25e-6]));
     assert_eq!(setting(&report, "particles.radius.mean")["value"], "25 um");

@@ -16,7 +16,8 @@ class Thermal(Node):
 
     def __init__(self):
         self.settings = self.scene["physics"]["thermal"]
-        if self.settings["reads_ids"]:
+        particles = self.scene["physics"].get("particles", {})
+        if particles.get("pours") or particles.get("domain"):
             raise ValueError(
                 "this example keeps the particles of its start, but [particles.pour.NAME] or [particles.domain] lets some "
                 "come or go: take them out of the scene, or use the built-in thermal physics"
@@ -35,8 +36,8 @@ class Thermal(Node):
                 Port(f"{kind}_area", "m^2", support),
                 Port(f"{kind}_distance", "m", support),
             ]
-        if self.settings["reads_absorbed_power"]:
-            self.reads.append(Port("absorbed_power", "W", "particles", adds_up=True))
+        # Where no laser writes it, it is not among the frozen fields.
+        self.reads.append(Port("absorbed_power", "W", "particles", adds_up=True, optional=True))
 
     def initial(self):
         start_k = np.full(self.settings["count"], self.settings["temperature_k"])
@@ -49,7 +50,7 @@ class Thermal(Node):
             raise ValueError(f"field `radii` has {len(radii_m)} rows, but the scene has {len(start_k)} particles")
         masses_kg = self.settings["density_kg_m3"] * 4.0 / 3.0 * np.pi * (radii_m * radii_m * radii_m)
         capacities_j_k = masses_kg * self.settings["heat_capacity_j_kg_k"]
-        absorbed_w = frozen.end["absorbed_power"] if self.settings["reads_absorbed_power"] else np.zeros(len(start_k))
+        absorbed_w = frozen.end["absorbed_power"] if "absorbed_power" in frozen.end else np.zeros(len(start_k))
         at_start, at_end = Network(self, frozen.start), Network(self, frozen.end)
 
         flow_w, start_to_walls_w = at_start.heat_flow(start_k)

@@ -7,7 +7,7 @@ import os
 import subprocess
 from typing import Any
 
-FORMAT = "stagger-check/2"
+FORMAT = "stagger-check/3"
 
 
 def read(environment: os._Environ[str] | dict[str, str] = os.environ) -> dict[str, Any]:

@@ -15,7 +15,7 @@ use stagger_coupling::out_of_reach;
 use crate::check::{check, ports};
 
 /// Name of the format; keys are added within one version, never renamed or removed.
-pub const FORMAT: &str = "stagger-check/2";
+pub const FORMAT: &str = "stagger-check/3";
 
 /// A scene as a program reads it. An infinite number is `null` in JSON.
 #[derive(Serialize)]
