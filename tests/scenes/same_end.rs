@@ -4,12 +4,9 @@
 use std::{collections::BTreeMap, num::NonZeroU64, path::Path};
 
 use prost::Message as _;
-use stagger_coupling::{CouplingController, End, InProcess, Listener, Outcome, Participant};
+use stagger_coupling::{CouplingController, End, InProcess, Listener, Outcome};
 use stagger_messages::{Checkpoint, Decision, Fields, Ready, Verdict};
-use stagger_runtime::{
-    launch::roster::{Runs, participant, roster},
-    run::scene_files::SceneFile,
-};
+use stagger_runtime::run::scene_files::SceneFile;
 use stagger_scene::Scene;
 
 use super::hashes::Shortened;
@@ -43,12 +40,7 @@ struct Ended {
 }
 
 fn run(scene: &Scene, reject_every: Option<NonZeroU64>, stop_after: Option<u64>, from: Option<Checkpoint>) -> Ended {
-    let members = roster(scene).into_iter().map(|(name, runs)| {
-        let Runs::Physics(kind) = runs else { panic!("{name} is no physics") };
-        let participant: Box<dyn Participant> = participant(scene, &name, &kind).unwrap();
-        (name, participant)
-    });
-    let mut ensemble = InProcess::new(members.collect());
+    let mut ensemble = InProcess::new(scene.participants().unwrap());
     let ports = ensemble.ports();
     let mut plan = stagger_coupling::plan(&ports, &scene.coupling).unwrap();
     let mut controller =

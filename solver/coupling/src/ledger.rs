@@ -154,10 +154,11 @@ impl Ledger {
             .iter()
             .map(|(node, account)| (node.clone(), relative(account.imbalance(), account.turned_over())))
             .collect();
+        let on_the_way = self.on_the_way.joules();
         for (between, name, [givers, takers]) in self.exchanges() {
             let sum = |sides: &[Side<'_>]| sides.iter().map(|side| side.joule).sum::<f64>();
             let moved = |sides: &[Side<'_>]| sides.iter().map(|side| side.moved).sum::<f64>();
-            let imbalance = sum(&takers) - sum(&givers) + self.on_the_way.joule(name);
+            let imbalance = sum(&takers) - sum(&givers) + on_the_way.get(name).unwrap_or(&0.0);
             result.insert(between, relative(imbalance, moved(&givers).max(moved(&takers))));
         }
         result
@@ -167,8 +168,9 @@ impl Ledger {
     /// of which one solves in every n-th step. It may be negative, where a reader went on with a power that has fallen since.
     #[must_use]
     pub fn on_the_way(&self) -> BTreeMap<String, f64> {
-        let exchanges = self.exchanges().into_iter();
-        exchanges.map(|(between, name, _)| (between, self.on_the_way.joule(name))).filter(|(_, j)| *j != 0.0).collect()
+        let joules = self.on_the_way.joules();
+        let of = |(between, name, _): (String, &str, _)| Some((between, *joules.get(name)?));
+        self.exchanges().into_iter().filter_map(of).filter(|(_, joule)| *joule != 0.0).collect()
     }
 
     /// What one side loses and another gains: `"name: givers to takers"`, its name, givers and takers.

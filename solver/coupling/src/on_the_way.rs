@@ -47,11 +47,11 @@ impl OnTheWay {
         self.pending.push(Solved { node: node.into(), dt_s, gained, lost });
     }
 
-    /// What is on its way under a name after all that is booked, in J.
-    pub(super) fn joule(&self, name: &str) -> f64 {
+    /// What is on its way after all that is booked, by name, in J.
+    pub(super) fn joules(&self) -> BTreeMap<String, f64> {
         let mut settled = self.clone();
         settled.settle();
-        settled.joule.get(name).copied().unwrap_or(0.0)
+        settled.joule
     }
 
     fn settle(&mut self) {

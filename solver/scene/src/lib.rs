@@ -289,10 +289,8 @@ impl Scene {
     pub fn built_in_nodes(&self) -> BTreeMap<String, &'static PhysicsKind> {
         let mut nodes = BTreeMap::new();
         for kind in BUILT_IN.iter().copied().filter(|kind| self.physics.contains_key(kind.name)) {
-            // One with settings of its own runs beside its namesake, not instead of it.
-            let renamed = |node: &NodeSettings| node.physics.as_deref() == Some(kind.name) && node.own.is_none();
             let replaced = self.nodes.get(kind.name).is_some_and(|node| node.command.is_some());
-            if !replaced && !self.nodes.values().any(renamed) {
+            if !replaced && !is_renamed(kind.name, &self.nodes) {
                 nodes.insert(kind.name.to_owned(), kind);
             }
         }
@@ -343,9 +341,7 @@ impl Scene {
             physics.extend(settings.map(|settings| (body_kind.name, settings)));
         }
 
-        let renamed =
-            |name: &str| nodes.values().any(|node| node.physics.as_deref() == Some(name) && node.own.is_none());
-        let mut names: Vec<&str> = runs.iter().copied().filter(|name| !renamed(name)).collect();
+        let mut names: Vec<&str> = runs.iter().copied().filter(|name| !is_renamed(name, &nodes)).collect();
         names.extend(nodes.keys().map(String::as_str).filter(|name| !runs.contains(name)));
         let written = ports.iter().flat_map(|ports| &ports.writes);
         let measured: BTreeSet<&str> =
@@ -375,7 +371,7 @@ impl Scene {
             title,
             duration_s,
             seed,
-            walls: walls.clone(),
+            walls,
             physics,
             solidus_k: materials.iter().filter_map(|(name, own)| Some((name.clone(), own.solidus_k?))).collect(),
             nodes,
@@ -391,6 +387,12 @@ impl Scene {
             effective: Vec::new(),
         })
     }
+}
+
+/// Whether a node runs the table of a physics under another name. One with settings of its own runs beside its namesake, not
+/// instead of it.
+fn is_renamed(kind: &str, nodes: &BTreeMap<String, NodeSettings>) -> bool {
+    nodes.values().any(|node| node.physics.as_deref() == Some(kind) && node.own.is_none())
 }
 
 /// Puts the overrides into the tree; returns those that do not fit.

@@ -28,8 +28,6 @@ pub struct Bodies<'d> {
     pub temperature_k: f64,
     /// Each particle as a file gives it.
     pub given: Option<Given>,
-    /// Whether particles may come and go during the run.
-    pub come_and_go: bool,
 }
 
 /// Particles one by one, as a file gives them.

@@ -201,7 +201,6 @@ fn bodies<'d>(table: Option<Table<'d>>, materials: &Materials, walls: &[Wall], s
             material,
             temperature_k: 300.0,
             given: None,
-            come_and_go: false,
         };
     };
     let mut used = Used::default();
@@ -256,7 +255,6 @@ fn bodies<'d>(table: Option<Table<'d>>, materials: &Materials, walls: &[Wall], s
     let usual = pour::Usual { radius: groups.first().map(|group| group.radius), material: &material, seed };
     let pours = pour::pours(&table, &POUR, &usual, materials, &mut used);
     small_m = pours.iter().map(|pour| pour.radius.small_m()).fold(small_m, f64::min);
-    let come_and_go = table.is_given(&POUR) || table.is_given(&DOMAIN);
     Bodies {
         table: RefCell::new(Some(table)),
         material_key: &MATERIAL,
@@ -268,7 +266,6 @@ fn bodies<'d>(table: Option<Table<'d>>, materials: &Materials, walls: &[Wall], s
         material,
         temperature_k,
         given,
-        come_and_go,
     }
 }
 
