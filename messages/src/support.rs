@@ -95,6 +95,7 @@ impl Grid {
             spacing_m: spacing_m.into(),
             dims: dims.into(),
             centring: Centring::Cell.into(),
+            coordinates_m: Vec::new(),
         }
     }
 
@@ -104,8 +105,21 @@ impl Grid {
         Self { centring: Centring::Node.into(), ..Self::of_cells(origin_m, spacing_m, dims) }
     }
 
+    /// A grid of cells between these edges along x, y and z, in m: one more along each axis than there are cells, rising.
+    #[must_use]
+    pub fn between(edges_m: [&[f64]; AXES]) -> Self {
+        let first = |edges: &[f64]| edges.first().copied().unwrap_or(f64::NAN);
+        let cells = |edges: &[f64]| u32::try_from(edges.len().saturating_sub(1)).unwrap_or(0);
+        let spacing =
+            |edges: &[f64]| (edges.last().copied().unwrap_or(f64::NAN) - first(edges)) / f64::from(cells(edges));
+        Self {
+            coordinates_m: edges_m.concat(),
+            ..Self::of_cells(edges_m.map(first), edges_m.map(spacing), edges_m.map(cells))
+        }
+    }
+
     /// The smallest corner in m, the spacing in m, and the number of values along each axis; `None` where the grid has a
-    /// `Grid::fault`.
+    /// `Grid::fault`. Where it is graded, the spacing is the mean one.
     #[must_use]
     pub fn layout(&self) -> Option<([f64; AXES], [f64; AXES], [usize; AXES])> {
         let of = |values: &[f64]| <[f64; AXES]>::try_from(values).ok();
@@ -114,11 +128,51 @@ impl Grid {
         let sound = origin_m.iter().all(|length| length.is_finite())
             && spacing_m.iter().all(|length| length.is_finite() && *length > 0.0)
             && dims.iter().all(|count| *count > 0)
-            && self.centring() != Centring::Unspecified;
+            && self.centring() != Centring::Unspecified
+            && self.coordinates_are_sound(dims);
         // A count of rows has 64 bits; three counts of 32 bits could exceed them.
         let rows = dims.iter().try_fold(1u64, |rows, count| rows.checked_mul(u64::from(*count)))?;
         usize::try_from(rows).ok()?;
         sound.then(|| (origin_m, spacing_m, dims.map(|count| count as usize)))
+    }
+
+    /// Whether the spacing is given value by value.
+    #[must_use]
+    pub fn is_graded(&self) -> bool {
+        !self.coordinates_m.is_empty()
+    }
+
+    /// The edges of the cells, or the nodes, along each axis, in m; `None` where the grid has a `Grid::fault`.
+    #[must_use]
+    pub fn coordinates_m(&self) -> Option<[Vec<f64>; AXES]> {
+        let (origin_m, spacing_m, dims) = self.layout()?;
+        let counts = dims.map(|count| count + self.edges_beyond());
+        let mut from = 0;
+        Some(std::array::from_fn(|axis| {
+            let range = from..from + counts[axis];
+            from = range.end;
+            self.coordinates_m.get(range).map_or_else(
+                || (0..counts[axis]).map(|index| origin_m[axis] + spacing_m[axis] * index as f64).collect(),
+                <[f64]>::to_vec,
+            )
+        }))
+    }
+
+    /// Coordinates along an axis beyond its number of values.
+    fn edges_beyond(&self) -> usize {
+        usize::from(self.centring() == Centring::Cell)
+    }
+
+    fn coordinates_are_sound(&self, dims: [u32; AXES]) -> bool {
+        if !self.is_graded() {
+            return true;
+        }
+        let mut rest = self.coordinates_m.as_slice();
+        dims.iter().all(|&count| {
+            let Some((own, others)) = rest.split_at_checked(count as usize + self.edges_beyond()) else { return false };
+            rest = others;
+            own.iter().all(|length| length.is_finite()) && own.array_windows().all(|[a, b]| a < b)
+        }) && rest.is_empty()
     }
 
     /// Number of values: the product of the dims; 0 where the grid has a `Grid::fault`.
@@ -130,7 +184,17 @@ impl Grid {
     /// Place of the value `[i, j, k]`, in m.
     #[must_use]
     pub fn point_m(&self, index: [usize; AXES]) -> Option<[f64; AXES]> {
-        let (origin_m, spacing_m, _) = self.layout()?;
+        let (origin_m, spacing_m, dims) = self.layout()?;
+        if self.is_graded() {
+            let mut from = 0;
+            let mut point_m = [0.0; AXES];
+            for axis in 0..AXES {
+                let at = |beyond: usize| self.coordinates_m.get(from + index[axis] + beyond).copied();
+                point_m[axis] = 0.5 * (at(0)? + at(self.edges_beyond())?);
+                from += dims[axis] + self.edges_beyond();
+            }
+            return Some(point_m);
+        }
         let shift = if self.centring() == Centring::Cell { 0.5 } else { 0.0 };
         Some(std::array::from_fn(|axis| origin_m[axis] + spacing_m[axis] * (index[axis] as f64 + shift)))
     }
@@ -138,12 +202,14 @@ impl Grid {
     fn fault(&self) -> Option<String> {
         self.layout().is_none().then(|| {
             format!(
-                "is a grid with origin {:?} m, spacing {:?} m, dims {:?} and centring {:?}, where three finite lengths, three \
-                 positive lengths, three counts of at least 1, and cell or node are expected",
+                "is a grid with origin {:?} m, spacing {:?} m, dims {:?}, centring {:?} and {} coordinates, where three finite \
+                 lengths, three positive lengths, three counts of at least 1, cell or node, and rising coordinates for each \
+                 axis or none are expected",
                 self.origin_m,
                 self.spacing_m,
                 self.dims,
-                self.centring()
+                self.centring(),
+                self.coordinates_m.len()
             )
         })
     }
@@ -273,6 +339,9 @@ pub struct Told {
     /// Of a grid: its values along each axis.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dims: Option<Vec<u32>>,
+    /// Of a graded grid: the edges of its cells, or its nodes, along x, then y, then z, in m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub coordinates_m: Option<Vec<f64>>,
     /// Of a grid: `cell` or `node`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub centring: Option<&'static str>,
@@ -294,6 +363,7 @@ impl Told {
                 origin_m: Some(grid.origin_m),
                 spacing_m: Some(grid.spacing_m),
                 dims: Some(grid.dims),
+                coordinates_m: Some(grid.coordinates_m).filter(|coordinates| !coordinates.is_empty()),
                 ..told
             },
             Shape::Global(_) => told,
@@ -319,7 +389,8 @@ impl Display for Told {
         if let (Some(dims), Some(spacing_m), Some(origin_m)) = (&self.dims, &self.spacing_m, &self.origin_m) {
             let dims = dims.iter().map(u32::to_string).collect::<Vec<_>>().join(" x ");
             let values = self.centring.unwrap_or("cell");
-            write!(f, " of {dims} {values}s, spacing {} m, from {} m", metres(spacing_m), metres(origin_m))?;
+            let spacing = if self.coordinates_m.is_some() { "graded, mean spacing" } else { "spacing" };
+            write!(f, " of {dims} {values}s, {spacing} {} m, from {} m", metres(spacing_m), metres(origin_m))?;
         }
         Ok(())
     }
@@ -412,6 +483,11 @@ mod tests {
             Grid { origin_m: vec![0.0, f64::NAN, 0.0], ..nodes.clone() },
             Grid { dims: vec![u32::MAX; 3], ..nodes.clone() },
             Grid { dims: vec![4, 3], ..nodes.clone() },
+            Grid { coordinates_m: vec![0.0, 1.0, 2.0], ..nodes.clone() },
+            Grid {
+                coordinates_m: vec![0.0, 1.0, 0.5, 0.0, 1.0, 0.0, 1.0],
+                ..Grid::of_cells([0.0; 3], [1.0; 3], [2, 1, 1])
+            },
             Grid { centring: 0, ..nodes },
         ] {
             let wrong = Geometry::grid("cells", wrong);
@@ -419,6 +495,21 @@ mod tests {
             let ports = Ports::new(Vec::new(), Vec::new()).with(wrong);
             assert_eq!(Supports::of([&ports]), Supports::default());
         }
+    }
+
+    #[test]
+    fn a_graded_grid_says_where_each_value_is() {
+        let edges: [&[f64]; 3] = [&[0.0, 1.0, 3.0, 7.0], &[-1.0, 1.0], &[0.0, 0.5, 2.0]];
+        let grid = Grid::between(edges);
+        assert_eq!(grid.layout(), Some(([0.0, -1.0, 0.0], [7.0 / 3.0, 2.0, 1.0], [3, 1, 2])));
+        assert_eq!(grid.point_m([2, 0, 1]), Some([5.0, 0.0, 1.25]));
+        assert_eq!(grid.coordinates_m(), Some(edges.map(<[f64]>::to_vec)));
+        let regular = Grid::of_nodes([0.0, 1.0, 2.0], [0.5, 1.0, 2.0], [2, 1, 2]);
+        assert_eq!(regular.coordinates_m(), Some([vec![0.0, 0.5], vec![1.0], vec![2.0, 4.0]]));
+        let ports = Ports::new(Vec::new(), vec![scalar("w", "cells")]).with(Geometry::grid("cells", grid));
+        let told = &Supports::told([&ports])["cells"];
+        assert!(told.to_string().contains("3 x 1 x 2 cells, graded, mean spacing"), "{told}");
+        assert_eq!(told.coordinates_m.as_ref().map(Vec::len), Some(9));
     }
 
     #[test]

@@ -28,7 +28,7 @@ fn beam(profile: Profile) -> Beam {
 
 /// Settings without walls, for particles that neither come nor go.
 fn settings(count: usize, model: Model, beam: &Beam) -> Settings {
-    Settings { count, model, beam: beam.clone(), walls: Vec::new(), capacities_j_m3_k: Vec::new() }
+    Settings { count, model, beam: beam.clone(), walls: Vec::new(), capacities_j_m3_k: Vec::new(), solid: None }
 }
 
 type Spheres = [(Vector3<f64>, f64)];

@@ -10,6 +10,7 @@ mod current;
 mod heat;
 mod light;
 mod settling;
+mod solid;
 mod sound;
 mod staggering;
 mod substrate;

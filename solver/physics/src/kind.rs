@@ -7,7 +7,7 @@ use stagger_config::{key::Section, reader::Table};
 use stagger_coupling::{Local, Participant, Physics, SolveError};
 use stagger_messages::Ports;
 
-use crate::common::{Bodies, OnSubstrate, Wall, keys::materials::Materials};
+use crate::common::{Bodies, OnSubstrate, SolidSurface, Wall, grid::CellGrid, keys::materials::Materials};
 
 /// One kind of physics, as its folder describes it; `built_in` of stagger-scene lists them.
 #[derive(Debug)]
@@ -40,12 +40,18 @@ pub struct Surroundings<'s, 'd> {
     pub bodies: &'s Bodies<'d>,
     /// Walls, in the order of the scene.
     pub walls: &'s [Wall],
+    /// The materials that there are.
+    pub materials: &'s Materials,
+    /// Grids of cells, in the order of the scene.
+    pub grids: &'s [CellGrid],
     /// Seed of everything random.
     pub seed: u64,
     /// Ports of the physics that were read before it.
     pub others: &'s [Ports],
     /// The wall with a solid under it, where a physics computes that.
     pub on_substrate: Option<OnSubstrate>,
+    /// The upper face of a solid on a grid, where a physics that was read before computes one.
+    pub solid: Option<&'s SolidSurface>,
 }
 
 impl Surroundings<'_, '_> {
@@ -89,6 +95,11 @@ pub trait Settings: Clone + fmt::Debug + Serialize + Send + Sync + 'static {
         None
     }
 
+    /// The upper face of the solid on a grid that it computes.
+    fn solid_surface(&self) -> Option<SolidSurface> {
+        None
+    }
+
     /// Mean changes of its fields, in their units, that suffice for convergence where the scene gives none.
     fn absolute_tolerances(&self, bodies: &Bodies<'_>) -> Vec<(&'static str, f64)> {
         let _ = bodies;
@@ -116,6 +127,9 @@ pub trait Configured: Any + fmt::Debug + Send + Sync {
     /// The wall under which it computes a solid.
     fn on_substrate(&self) -> Option<OnSubstrate>;
 
+    /// The upper face of the solid on a grid that it computes.
+    fn solid_surface(&self) -> Option<SolidSurface>;
+
     /// Mean changes of its fields that suffice for convergence where the scene gives none.
     fn absolute_tolerances(&self, bodies: &Bodies<'_>) -> Vec<(&'static str, f64)>;
 
@@ -141,6 +155,10 @@ impl<S: Settings> Configured for S {
 
     fn on_substrate(&self) -> Option<OnSubstrate> {
         Settings::on_substrate(self)
+    }
+
+    fn solid_surface(&self) -> Option<SolidSurface> {
+        Settings::solid_surface(self)
     }
 
     fn absolute_tolerances(&self, bodies: &Bodies<'_>) -> Vec<(&'static str, f64)> {

@@ -10,6 +10,7 @@ pub mod current;
 mod kind;
 pub mod optics;
 pub mod particles;
+pub mod solid;
 pub mod substrate;
 pub mod thermal;
 

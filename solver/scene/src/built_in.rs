@@ -1,11 +1,12 @@
 //! The list of all physics. Each is a folder of stagger-physics; its line here is all that a scene, a recording, the
 //! view, a report, an export and the command line need to know it.
 
-use stagger_physics::{PhysicsKind, acoustics, current, optics, particles, substrate, thermal};
+use stagger_physics::{PhysicsKind, acoustics, current, optics, particles, solid, substrate, thermal};
 
 /// Every physics that a scene can run, in the order of its tables.
 pub static BUILT_IN: &[&PhysicsKind] = &[
     &particles::keys::KIND,
+    &solid::keys::KIND,
     &thermal::keys::KIND,
     &optics::keys::KIND,
     &current::keys::KIND,

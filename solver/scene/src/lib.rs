@@ -61,7 +61,7 @@ use stagger_physics::{
     Configured, PhysicsKind, Settings, Surroundings,
     common::{
         Wall,
-        keys::{materials, walls},
+        keys::{grids, materials, walls},
     },
 };
 
@@ -166,6 +166,8 @@ static DURATION: Key = Key::new("duration", Kind::Number(&units::TIME, Range::PO
 static SEED: Key = Key::new("seed", Kind::Whole(0, i64::MAX as u64), "Seed of everything random.").or("1");
 static MATERIALS: Key =
     Key::new("materials", Kind::Named(&materials::SECTION), "Materials beside the built-in ones.").or_from("none");
+static GRIDS: Key =
+    Key::new("grids", Kind::Named(&grids::SECTION), "Grids of cells that physics compute on.").or_from("none");
 static WALLS: Key = Key::new("walls", Kind::Named(&walls::SECTION), "Walls.").or_from("none");
 static COUPLING: Key = Key::new("coupling", Kind::Table(&coupling::SECTION), "How the physics are coupled.");
 static RECORD: Key = Key::new("record", Kind::Table(&nodes::RECORD), "The recording.").or_from("everything");
@@ -183,7 +185,7 @@ static ROOT: LazyLock<&'static Section> = LazyLock::new(|| {
     let keys: Vec<&'static Key> = [&TITLE, &DURATION, &SEED, &MATERIALS]
         .into_iter()
         .chain(tables(of_bodies))
-        .chain([&WALLS])
+        .chain([&WALLS, &GRIDS])
         .chain(tables(others))
         .chain([*NODES, &COUPLING, &RECORD, &RECOVERY, &presets::PRESET, &presets::PRESETS, &TRADEOFF])
         .collect();
@@ -317,6 +319,7 @@ impl Scene {
         let body_kind = *of_bodies.first()?;
         let body_table = open(body_kind);
         let walls = walls::read(root, &WALLS, &materials);
+        let grids = grids::read(root, &GRIDS);
         let tables: Vec<_> = others.into_iter().filter_map(|kind| Some((kind, open(kind)?))).collect();
         let bodies_run = body_table.is_some().then_some(body_kind);
         let runs: Vec<&str> =
@@ -324,19 +327,31 @@ impl Scene {
         let bodies = (body_kind.bodies?)(body_table, &materials, &walls, seed);
 
         let mut ports = Vec::new();
-        let alone = Surroundings { bodies: &bodies, walls: &walls, seed, others: &[], on_substrate: None };
+        let alone = Surroundings {
+            bodies: &bodies,
+            walls: &walls,
+            materials: &materials,
+            grids: &grids,
+            seed,
+            others: &[],
+            on_substrate: None,
+            solid: None,
+        };
         let nodes = nodes::read(root, &NODES, &alone, |physics| runs.contains(&physics));
         ports.extend(nodes.values().filter_map(|node| node.own.as_ref()).map(|own| own.ports()));
         let mut physics: BTreeMap<&'static str, Arc<dyn Configured>> = BTreeMap::new();
+        let mut solid = None;
         for (kind, table) in tables {
-            let settings = (kind.read)(table, &Surroundings { others: &ports, ..alone });
+            let settings = (kind.read)(table, &Surroundings { others: &ports, solid: solid.as_ref(), ..alone });
+            solid = solid.or_else(|| settings.as_ref()?.solid_surface());
             ports.extend(settings.iter().map(|settings| settings.ports()));
             physics.extend(settings.map(|settings| (kind.name, settings)));
         }
         let on_substrate = physics.values().find_map(|settings| settings.on_substrate());
         // Last, as what moves them and what is told of them depends on the others.
         if let Some(table) = bodies.table.take() {
-            let settings = (body_kind.read)(table, &Surroundings { others: &ports, on_substrate, ..alone });
+            let settings =
+                (body_kind.read)(table, &Surroundings { others: &ports, on_substrate, solid: solid.as_ref(), ..alone });
             ports.extend(settings.iter().map(|settings| settings.ports()));
             physics.extend(settings.map(|settings| (body_kind.name, settings)));
         }

@@ -90,9 +90,12 @@ pub fn property(
     name: &str,
     value: Option<f64>,
 ) -> f64 {
-    value.unwrap_or_else(|| {
-        let message = format!("the material {} has no `{name}`", quoted(&material.0));
-        table.reject_with(key, message, Some(format!("add `{name}` to [materials.{}]", material.0)));
-        f64::NAN
-    })
+    value.unwrap_or_else(|| missing_property(table, key, material, name))
+}
+
+/// Reports, at the `key` of a table that names a material, that it lacks a property; returns what stands in for it.
+pub fn missing_property(table: &Table<'_>, key: &'static Key, material: &(String, Material), name: &str) -> f64 {
+    let message = format!("the material {} has no `{name}`", quoted(&material.0));
+    table.reject_with(key, message, Some(format!("add `{name}` to [materials.{}]", material.0)));
+    f64::NAN
 }

@@ -1,10 +1,11 @@
 //! The laser along parallel lines, absorbed by Beer and Lambert's law in the particles that a line crosses.
 
+use nalgebra::Vector3;
 use rayon::prelude::*;
 use stagger_coupling::{SolveError, math};
 
 use super::{NODE, Profile};
-use crate::common::checks::setting;
+use crate::common::{SolidSurface, beam::Frame, checks::setting};
 
 /// Sampling points on one side of the square grid: 4 million lines are 32 MB.
 const LARGEST_SIDE: f64 = 2001.0;
@@ -75,8 +76,13 @@ impl Lines {
     /// in the order in which it enters them (Zohdi 2018, eqs. 6.38, 6.42), a particle takes 1 − e^{−a·chord} of what
     /// the ones before it left. Where two overlap, both chords count in full. The shares add up to 1 at most.
     ///
-    /// `centres_m` are in the beam's frame; `absorption_1_m` is a.
-    pub(super) fn absorbed(&self, absorption_1_m: f64, centres_m: &[[f64; 3]], radii_m: &[f64]) -> Vec<f64> {
+    /// `centres_m` are in the beam's frame; `absorption_1_m` is a. The second list is the share that each line has left.
+    pub(super) fn absorbed(
+        &self,
+        absorption_1_m: f64,
+        centres_m: &[[f64; 3]],
+        radii_m: &[f64],
+    ) -> (Vec<f64>, Vec<f64>) {
         let [cos, sin] = TURN;
         let turned = |&[u, v, depth]: &[f64; 3]| [cos * u + sin * v, cos * v - sin * u, depth];
         let centres_m: Vec<_> = centres_m.iter().map(turned).collect();
@@ -91,11 +97,30 @@ impl Lines {
             }
         });
         // One thread, line by line: the order of the sums does not depend on the number of threads.
-        let mut absorbed = vec![0.0; radii_m.len()];
+        let (mut absorbed, mut left) = (vec![0.0; radii_m.len()], self.shares.clone());
         for hit in &hits {
             absorbed[hit.particle as usize] += hit.absorbed;
+            left[hit.line as usize] -= hit.absorbed;
         }
-        absorbed
+        (absorbed, left)
+    }
+
+    /// What of the beam's power arrives on each cell of a solid's upper face, where the lines have these shares `left`. A line
+    /// stands for a square as wide as lines are apart.
+    pub(super) fn arrived(&self, left: &[f64], frame: &Frame, spot_m: Vector3<f64>, solid: &SolidSurface) -> Vec<f64> {
+        let mut arrived = vec![0.0; solid.len()];
+        let side = 2 * self.half + 1;
+        for (line, &share) in (0i64..).zip(left).filter(|(_, share)| **share > 0.0) {
+            let place = |index: i64| (index - self.half) as f64 * self.spacing_m;
+            let (row, column) = (place(line / side), place(line % side));
+            let [cos, sin] = TURN;
+            let point = frame.point_m([cos * column - sin * row, sin * column + cos * row, 0.0], spot_m);
+            // The spot may lie at any depth along the beam.
+            if let Some(point) = solid.met(point - frame.along() * solid.beyond_m(point), frame.along()) {
+                solid.spread(point, 0.5 * self.spacing_m, share, &mut arrived);
+            }
+        }
+        arrived
     }
 
     /// Every meeting of a line that carries power with a particle. The grid itself is the search structure: a
@@ -193,7 +218,7 @@ mod tests {
                 let expected: f64 = (0..n).map(ring).sum();
                 for direction in 0..20 {
                     let (sin, cos) = (std::f64::consts::TAU * f64::from(direction) / 20.0).sin_cos();
-                    let found = lines.absorbed(1e12, &[[away_m * cos, away_m * sin, 0.0]], &[disc_m])[0];
+                    let found = lines.absorbed(1e12, &[[away_m * cos, away_m * sin, 0.0]], &[disc_m]).0[0];
                     let error = (found - expected).abs();
                     assert!(error < most, "{profile:?}, {away} at {direction}: {found}, expected {expected}");
                 }
@@ -212,7 +237,8 @@ mod tests {
         let lines = Lines::new(&Profile::TopHat { radius_m: 1e-6 }, 1e-3).unwrap();
         // Unit spheres on the axis, the last index on top: each takes 1 − e^{−2a} of what is left.
         let centres = [[0.0, 0.0, 7.0], [0.0, 0.0, 4.0], [0.0, 0.0, 1.0], [5.0, 0.0, -3.0]];
-        let absorbed = lines.absorbed(0.5, &centres, &[1.0; 4]);
+        let (absorbed, left) = lines.absorbed(0.5, &centres, &[1.0; 4]);
+        assert!((left[0] + absorbed.iter().sum::<f64>() - 1.0).abs() < 1e-15);
         let taken = 1.0 - (-1.0_f64).exp();
         for (share, above) in absorbed.iter().zip([2, 1, 0]) {
             assert!((share - taken * (1.0 - taken).powi(above)).abs() < 1e-15);

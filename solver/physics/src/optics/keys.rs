@@ -12,7 +12,7 @@ use super::{Beam, Lines, Model, Profile, Settings, Surface};
 use crate::{
     Configured, PhysicsKind, Surroundings,
     common::{
-        Bodies, Table as Property,
+        Bodies, SolidSurface, Table as Property,
         keys::{beam, materials::Material, rays},
         rays::RefractiveIndex,
     },
@@ -157,20 +157,25 @@ pub static KIND: PhysicsKind = PhysicsKind {
 
 /// Reads the table.
 fn read(table: Table<'_>, surroundings: &Surroundings<'_, '_>) -> Option<Settings> {
-    let Surroundings { bodies, walls, seed, .. } = *surroundings;
+    let Surroundings { bodies, walls, .. } = *surroundings;
     let profile = profile(&table);
-    let model = model(&table, bodies, profile.as_ref(), seed);
+    let model = model(&table, surroundings, profile.as_ref());
     let path = beam::path(&table, &PATH);
     let (starts_s, ends_s) = beam::switched(&table, &STARTS, &ENDS);
     let power_w = table.number(&POWER_KEY);
     let direction = table.direction(&DIRECTION);
     let pulses = beam::pulses(&table, &PULSES);
-    table.finish();
     let beam = Beam { power_w, profile: profile?, direction, path: path?, starts_s, ends_s, pulses };
     let (count, walls) = (bodies.count, rays::normals(walls));
     let model = model?;
     let capacities_j_m3_k = if model == Model::EnergyBalance { capacities_j_m3_k(bodies) } else { Vec::new() };
-    Some(Settings { count, model, beam, walls, capacities_j_m3_k })
+    let solid = surroundings.solid.cloned();
+    if solid.is_some() && matches!(model, Model::EnergyBalance | Model::BeerLambertMonograph { .. }) {
+        let hint = Some("set fidelity = \"beer-lambert\" or \"rays\"".into());
+        table.reject_with(&FIDELITY, "it does not say where light goes that passes the particles, onto a solid", hint);
+    }
+    table.finish();
+    Some(Settings { count, model, beam, walls, capacities_j_m3_k, solid })
 }
 
 /// Heat capacities ρ C of the materials where they start, in J/(m³ K), where there are several.
@@ -189,7 +194,8 @@ fn capacities_j_m3_k(bodies: &Bodies<'_>) -> Vec<f64> {
     }
 }
 
-fn model(table: &Table<'_>, bodies: &Bodies<'_>, profile: Option<&Profile>, seed: u64) -> Option<Model> {
+fn model(table: &Table<'_>, surroundings: &Surroundings<'_, '_>, profile: Option<&Profile>) -> Option<Model> {
+    let Surroundings { bodies, seed, solid, .. } = *surroundings;
     let fidelity = table.choice(&FIDELITY);
     // What another fidelity uses may stay in the scene, so that only the fidelity changes between two runs.
     if !fidelity.starts_with("beer-lambert") {
@@ -225,13 +231,13 @@ fn model(table: &Table<'_>, bodies: &Bodies<'_>, profile: Option<&Profile>, seed
         _ => Model::BeerLambert {
             absorption_1_m: table
                 .number_or(&ABSORPTION, || bodies.property("absorption", bodies.material.1.absorption_1_m)),
-            spacing_m: table.number_or(&SPACING, || spacing_m(bodies, profile)),
+            spacing_m: table.number_or(&SPACING, || spacing_m(bodies, profile, solid)),
         },
     })
 }
 
 /// Distance between the lines where the scene gives none: both the particles and the beam are sampled.
-fn spacing_m(bodies: &Bodies<'_>, profile: Option<&Profile>) -> f64 {
+fn spacing_m(bodies: &Bodies<'_>, profile: Option<&Profile>, solid: Option<&SolidSurface>) -> f64 {
     let of_mean_m = bodies.radius_m / 4.0;
     let Some(profile) = profile else { return of_mean_m };
     // Four times the lines at most are for small particles: what they take is little.
@@ -239,9 +245,18 @@ fn spacing_m(bodies: &Bodies<'_>, profile: Option<&Profile>) -> f64 {
     // A beam that is wide over them is sampled with them; lines over a narrow one are few.
     let narrow = profile.quantile_m(0.5) < 5.0 * of_mean_m;
     let of_beam_m = if narrow { profile.sampling_m() } else { f64::INFINITY };
-    let finest_m = of_mean_m.min(of_small_m).min(of_beam_m);
+    // On a solid the beam itself is to be seen, by lines that are no farther apart than its cells are wide.
+    let of_solid_m = solid.map_or(f64::INFINITY, |solid| {
+        let widths_m = [0, 1].into_iter().flat_map(|axis| solid.cells.widths_m(axis));
+        widths_m.fold(2.0 * profile.sampling_m(), f64::min)
+    });
+    let of_particles_m = of_mean_m.min(of_small_m).min(of_beam_m);
     // None of this is a reason to refuse the scene.
-    finest_m.max(of_mean_m.min(Lines::finest_m(profile)))
+    let finest_m = Lines::finest_m(profile);
+    if !of_particles_m.is_finite() {
+        return of_solid_m.max(finest_m);
+    }
+    of_particles_m.min(of_solid_m).max(of_mean_m.min(finest_m))
 }
 
 fn surface(table: &Table<'_>, bodies: &Bodies<'_>) -> Surface {

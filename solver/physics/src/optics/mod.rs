@@ -17,8 +17,10 @@ pub use settings::*;
 use stagger_messages::{Energy, Field, Fields, Measure, Port, Ports, Support};
 
 use crate::common::{
+    SolidSurface,
     beam::{AtInstant, Frame, ends},
     checks::{energy_j, field, positive, radii, setting, values},
+    power_port,
     rays::{Outcome, POINTS, SHOWN},
     rows::by_ids,
 };
@@ -33,7 +35,10 @@ const NODE: &str = "optics";
 /// while the beam is off. Where particles came or went at the window's start, its geometry is that of others, and f is
 /// the share at the end throughout.
 ///
-/// The ledger's `passed` is `laser` − `absorbed`: what reaches the substrate. [`Model::BeerLambertMonograph`] may absorb
+/// Over a solid on a grid, what the particles let pass arrives on its upper face as `surface_light`, a power for each cell there
+/// and again the mean over the window. What the solid reflects does not come back.
+///
+/// The ledger's `passed` is `laser` − `absorbed` − `surface_light`: what reaches the substrate. [`Model::BeerLambertMonograph`] may absorb
 /// more than the beam carries, and then `passed` is negative; the figure `absorbed over laser` shows it. Hence
 /// [`Model::BeerLambert`] is the form to prefer. With [`Model::Rays`] all that the beam gave is counted where it ends: `passed`
 /// met a plane wall, `escaped` left into the open, and `residual` is of rays that ended among the particles.
@@ -43,6 +48,7 @@ pub struct Optics {
     beam: Beam,
     frame: Frame,
     absorption: Absorption,
+    solid: Option<SolidSurface>,
     written: Written,
     ports: Ports,
 }
@@ -57,6 +63,7 @@ enum Absorption {
 
 struct Written {
     absorbed_power: Arc<Port>,
+    surface_light: Option<Arc<Port>>,
     beam_spot: Arc<Port>,
     beam_radius: Arc<Port>,
     beam_power: Arc<Port>,
@@ -75,6 +82,8 @@ pub struct State {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Share {
     values: Vec<f64>,
+    /// Of each cell of the solid's upper face, where there is one.
+    arrived: Vec<f64>,
     /// With rays, what became of the rest, and where some of them go.
     traced: Option<(Outcome, Vec<f64>)>,
 }
@@ -113,14 +122,15 @@ impl Optics {
         let paths = || Arc::new(Port::f64("ray_paths", "m", "rays", 3 * POINTS as u32, Measure::None));
         let written = Written {
             absorbed_power: Arc::new(Port::f64("absorbed_power", "W", "particles", 1, Measure::Magnitude)),
+            surface_light: settings.solid.is_some().then(|| Arc::new(power_port("surface_light"))),
             beam_spot: Arc::new(Port::f64("beam_spot", "m", "beam", 3, Measure::None)),
             beam_radius: Arc::new(Port::f64("beam_radius", "m", "beam", 1, Measure::None)),
             beam_power: Arc::new(Port::f64("beam_power", "W", "beam", 1, Measure::None)),
             ray_paths: matches!(absorption, Absorption::Rays(_)).then(paths),
         };
         let ports = crate::Settings::ports(&settings);
-        let Settings { count, beam, .. } = settings;
-        Ok(Self { count, beam, frame, absorption, written, ports })
+        let Settings { count, beam, solid, .. } = settings;
+        Ok(Self { count, beam, frame, absorption, solid, written, ports })
     }
 
     fn reads_melted(&self) -> bool {
@@ -165,31 +175,43 @@ impl Optics {
 
     /// What each particle takes of the beam's power at one instant.
     fn share(&self, frozen: &Frozen, fields: &Fields, t_s: f64) -> Result<Share, SolveError> {
-        let radii_m = radii(NODE, fields)?;
-        let positions_m = values(NODE, fields, "positions", radii_m.len(), "`radii`")?;
+        let (radii_m, positions_m) = if fields.contains_key("radii") {
+            let radii_m = radii(NODE, fields)?;
+            (radii_m, values(NODE, fields, "positions", radii_m.len(), "`radii`")?)
+        } else {
+            (&[][..], &[][..])
+        };
         let spot_m = self.beam.spot_m(t_s);
+        let mut arrived = Vec::new();
         let centres_m = || self.frame.centres_m(positions_m, spot_m);
         let values = match &self.absorption {
             Absorption::EnergyBalance { capacities_j_m3_k } => {
                 let kinds = self.reads_material().then(|| self.kinds(fields)).transpose()?;
                 energy_balance::shares(radii_m, kinds, capacities_j_m3_k)?
             }
-            Absorption::BeerLambert { absorption_1_m, lines } => lines.absorbed(*absorption_1_m, &centres_m(), radii_m),
+            Absorption::BeerLambert { absorption_1_m, lines } => {
+                let (absorbed, left) = lines.absorbed(*absorption_1_m, &centres_m(), radii_m);
+                if let Some(solid) = &self.solid {
+                    arrived = lines.arrived(&left, &self.frame, spot_m, solid);
+                }
+                absorbed
+            }
             Absorption::BeerLambertMonograph { absorption_1_m } => {
                 beer_lambert_monograph::absorbed(&self.beam.profile, *absorption_1_m, &centres_m(), radii_m)
             }
             Absorption::Rays(rays) => {
                 let melted = self.reads_melted().then(|| self.melted(frozen, fields, radii_m.len())).transpose()?;
-                return Ok(rays.absorbed(&self.frame, spot_m, positions_m, radii_m, melted.as_deref()));
+                let solid = self.solid.as_ref();
+                return Ok(rays.absorbed(&self.frame, spot_m, positions_m, radii_m, melted.as_deref(), solid));
             }
         };
-        Ok(Share { values, traced: None })
+        Ok(Share { values, arrived, traced: None })
     }
 
     /// `absorbed_w` belongs to the particles of `revision`; `end` is what was found at `t_s`, where the beam was on.
     fn fields(
         &self,
-        absorbed_w: Vec<f64>,
+        [absorbed_w, arrived_w]: [Vec<f64>; 2],
         revision: u64,
         mean_power_w: f64,
         t_s: f64,
@@ -202,6 +224,9 @@ impl Optics {
             Field::new(&self.written.beam_radius, 0, vec![self.beam.profile.radius_m()])?,
             Field::new(&self.written.beam_power, 0, vec![mean_power_w])?,
         ];
+        if let Some(port) = &self.written.surface_light {
+            written.push(Field::new(port, 0, arrived_w)?);
+        }
         if let Some(port) = &self.written.ray_paths {
             let traced = end.and_then(|end| end.traced.as_ref());
             // Without light all of them are the spot.
@@ -220,31 +245,40 @@ impl Physics for Optics {
     }
 
     fn initial(&self) -> Result<(State, Reply), SolveError> {
-        let fields = self.fields(vec![0.0; self.count], 0, 0.0, 0.0, None)?;
+        let dark = vec![0.0; self.solid.as_ref().map_or(0, SolidSurface::len)];
+        let fields = self.fields([vec![0.0; self.count], dark], 0, 0.0, 0.0, None)?;
         Ok((State::default(), Reply { fields, ..Reply::default() }))
     }
 
     fn solve(&self, state: &State, frozen: &Frozen, window: Window) -> Result<(State, Reply), SolveError> {
         let end_s = window.t_s + window.dt_s;
         let mean_power_w = self.beam.mean_power_w(window);
-        let particles = &field(&frozen.end, "radii")?.support;
+        let particles = frozen.end.get("radii").map(|radii| &radii.support);
         let both = if mean_power_w > 0.0 {
             let share = |fields: &Fields, t_s| self.share(frozen, fields, t_s);
             Some(ends(state.shares.clone(), frozen, window, share)?)
         } else {
             None
         };
-        let absorbed_w = match &both {
+        let mean = |at_start: &[f64], at_end: &[f64]| -> Vec<f64> {
+            let both = at_start.iter().zip(at_end);
+            both.map(|(at_start, at_end)| mean_power_w * 0.5 * (at_start + at_end)).collect()
+        };
+        let (absorbed_w, arrived_w) = match &both {
             Some([start, end]) => {
-                let both = start.values.values.iter().zip(&end.values.values);
-                both.map(|(at_start, at_end)| mean_power_w * 0.5 * (at_start + at_end)).collect()
+                (mean(&start.values.values, &end.values.values), mean(&start.values.arrived, &end.values.arrived))
             }
-            None => vec![0.0; field(&frozen.end, "radii")?.rows()],
+            None => {
+                let rows = frozen.end.get("radii").map_or(0, Field::rows);
+                (vec![0.0; rows], vec![0.0; self.solid.as_ref().map_or(0, SolidSurface::len)])
+            }
         };
 
         let laser_j = mean_power_w * window.dt_s;
         let absorbed_j = energy_j(&absorbed_w, window.dt_s);
         let mut ledger = vec![Energy::gained("laser", laser_j), Energy::lost("absorbed", absorbed_j)];
+        let arrived_j = energy_j(&arrived_w, window.dt_s);
+        ledger.extend(self.solid.is_some().then(|| Energy::lost("surface_light", arrived_j)));
         let share = if laser_j > 0.0 { absorbed_j / laser_j } else { 0.0 };
         let mut figures = BTreeMap::from([("absorbed over laser".to_owned(), share)]);
         match &self.absorption {
@@ -265,7 +299,7 @@ impl Physics for Optics {
                 figures.insert("reflections".to_owned(), end.strikes as f64);
             }
             absorption => {
-                ledger.push(Energy::lost("passed", laser_j - absorbed_j));
+                ledger.push(Energy::lost("passed", laser_j - absorbed_j - arrived_j));
                 if let Absorption::BeerLambert { lines, .. } = absorption {
                     figures.insert("lines".to_owned(), lines.count as f64);
                 }
@@ -273,7 +307,8 @@ impl Physics for Optics {
         }
         let end = both.map(|[_, end]| end);
         let kept = end.as_ref().map(|end| &*end.values);
-        let fields = self.fields(absorbed_w, particles.revision, mean_power_w, end_s, kept)?;
+        let revision = particles.map_or(0, |particles| particles.revision);
+        let fields = self.fields([absorbed_w, arrived_w], revision, mean_power_w, end_s, kept)?;
         Ok((State { shares: end }, Reply { fields, ledger, figures, ..Reply::default() }))
     }
 }

@@ -1,13 +1,16 @@
 //! Light that the particles reflect and absorb, ray by ray (Zohdi 2018, ch. 10).
 
+use std::f64::consts::PI;
+
 use nalgebra::Vector3;
 use stagger_coupling::SolveError;
 
 use super::{NODE, Share, Surface, settings::Settings};
 use crate::common::{
+    SolidSurface,
     beam::Frame,
     checks::{positive, setting},
-    rays::{Grid, Sampling, Strike, facing, paths_m, points_m, reflectance, spheres, starts, trace},
+    rays::{Grid, Ray, Sampling, Strike, facing, paths_m, points_m, reflectance, spheres, starts, trace_onto},
 };
 
 /// A beam sampled by rays, each with the same power, and what they meet.
@@ -17,12 +20,17 @@ pub(super) struct Rays {
     sampling: Sampling,
     surface: Surface,
     walls: Vec<[f64; 3]>,
+    /// Half the side of the square that a ray stands for where half of the power lies, in m.
+    half_width_m: f64,
 }
 
 impl Rays {
     pub(super) fn new(settings: &Settings, sampling: Sampling, surface: Surface) -> Self {
         let points_m = points_m(&settings.beam.profile, &sampling);
-        Self { points_m, sampling, surface, walls: facing(&settings.walls, settings.beam.direction) }
+        let half_width_m =
+            0.5 * settings.beam.profile.quantile_m(0.5) * (2.0 * PI / sampling.count.max(1) as f64).sqrt();
+        let walls = facing(&settings.walls, settings.beam.direction);
+        Self { points_m, sampling, surface, walls, half_width_m }
     }
 
     /// Whether molten particles reflect otherwise than solid ones.
@@ -43,6 +51,7 @@ impl Rays {
         positions_m: &[f64],
         radii_m: &[f64],
         melted: Option<&[f64]>,
+        solid: Option<&SolidSurface>,
     ) -> Share {
         let grid = Grid::new(spheres(positions_m, radii_m));
         let rays = starts(frame, spot_m, &self.points_m, &grid);
@@ -56,11 +65,17 @@ impl Rays {
             let reflected = reflected(strike);
             (reflected, strike.power * (1.0 - reflected))
         };
-        let outcome = trace(&grid, &rays, self.sampling.limits, &self.walls, surface, |particle, absorbed| {
-            values[particle as usize] += absorbed * share;
-        });
+        let mut arrived = vec![0.0; solid.map_or(0, SolidSurface::len)];
+        let lands = |ray: &Ray| solid?.met(ray.origin, ray.direction);
+        let land = |point, power| {
+            if let Some(solid) = solid {
+                solid.spread(point, self.half_width_m, power, &mut arrived);
+            }
+        };
+        let add = |particle: u32, absorbed: f64| values[particle as usize] += absorbed * share;
+        let outcome = trace_onto(&grid, &rays, self.sampling.limits, &self.walls, surface, add, (lands, land));
         let paths_m = paths_m(&grid, &rays, self.sampling.limits, reflected);
-        Share { values, traced: Some((outcome, paths_m)) }
+        Share { values, arrived, traced: Some((outcome, paths_m)) }
     }
 }
 

@@ -1,13 +1,15 @@
 //! Settings of the absorption of a laser.
 
 use super::Optics;
-use crate::common::rays::POINTS;
 use serde::Serialize;
 use stagger_coupling::SolveError;
 use stagger_messages::{Geometry, Measure, Port, Ports};
 
 pub use crate::common::beam::{Beam, Path, Profile, Pulses};
-use crate::common::rays::{RefractiveIndex, Sampling};
+use crate::common::{
+    SolidSurface, power_port,
+    rays::{POINTS, RefractiveIndex, Sampling},
+};
 
 /// Everything the absorption of the laser depends on. SI units.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -24,6 +26,9 @@ pub struct Settings {
     /// Heat capacity ρ C of each material at the start, in J/(m³ K), in the order in which particles name them: by these
     /// [`Model::EnergyBalance`] spreads the power. Empty with other models and where there is one material.
     pub capacities_j_m3_k: Vec<f64>,
+    /// The solid on whose upper face the light arrives that the particles let pass; `None` is none. Particles may then be
+    /// absent.
+    pub solid: Option<SolidSurface>,
 }
 
 /// How absorption is computed, cheapest first.
@@ -81,6 +86,9 @@ impl crate::Settings for Settings {
         let of = |name, unit, support, components, measure| Port::f64(name, unit, support, components, measure);
         let mut reads =
             vec![of("positions", "m", "particles", 3, Measure::None), of("radii", "m", "particles", 1, Measure::None)];
+        if self.solid.is_some() {
+            reads = reads.iter().map(Port::as_optional).collect();
+        }
         let traced = matches!(self.model, Model::Rays { .. });
         if matches!(&self.model, Model::Rays { surface, .. } if surface.molten.is_some()) {
             reads.push(of("melted", "1", "particles", 1, Measure::None));
@@ -93,6 +101,7 @@ impl crate::Settings for Settings {
             of("beam_radius", "m", "beam", 1, Measure::None),
             of("beam_power", "W", "beam", 1, Measure::None),
         ];
+        writes.extend(self.solid.is_some().then(|| power_port("surface_light")));
         writes.extend(traced.then(|| of("ray_paths", "m", "rays", 3 * POINTS as u32, Measure::None)));
         let ports = Ports::new(reads, writes).with(Geometry::global("beam"));
         if traced { ports.with(Geometry::points("rays", "ray_paths")) } else { ports }

@@ -4,10 +4,10 @@ use stagger_coupling::{SolveError, math};
 use std::f64::consts::PI;
 
 use super::{Ambient, NODE};
-use crate::common::checks::setting;
-
-/// Stefan–Boltzmann constant σ_SB in W/(m² K⁴) (CODATA 2018, exact).
-const STEFAN_BOLTZMANN_W_M2_K4: f64 = 5.670_374_419e-8;
+use crate::common::{
+    checks::setting,
+    radiation::{STEFAN_BOLTZMANN_W_M2_K4, fourth_power},
+};
 
 /// What particles exchange with their surroundings: h A_s (θ_∞ − θ) and ε_r σ_SB A_s (θ_∞⁴ − θ⁴).
 #[derive(Clone)]
@@ -48,11 +48,6 @@ impl Ambient {
             radiation_w_k4: of(self.emissivity * STEFAN_BOLTZMANN_W_M2_K4),
         }
     }
-}
-
-/// θ⁴, with the sign of θ: an iterate below 0 K is drawn back instead of emitting.
-fn fourth_power(temperature_k: f64) -> f64 {
-    temperature_k * math::powi(temperature_k.abs(), 3)
 }
 
 impl Exchange {

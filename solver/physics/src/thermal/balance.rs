@@ -5,10 +5,10 @@ use std::borrow::Cow;
 use super::{
     Solver, Table,
     ambient::{Exchange, Lost},
-    curve::Curve,
     network::Network,
     newton,
 };
+use crate::common::enthalpy_curve::Curve;
 
 /// The heat balance of every particle over a window, by the trapezoidal rule with weight φ (Zohdi 2018, eqs. 6.44, 10.30):
 ///

@@ -9,7 +9,6 @@ use super::{
     Ended, Enthalpy, Gone, Held, Inputs, NODE, Settings, Solver, Start, State, Table,
     ambient::Exchange,
     balance::{Balance, Solved},
-    curve::Curve,
     figures,
     network::{Conductivities, Network},
     overshoot::{AtStart, Holds, Weights, weights},
@@ -18,7 +17,10 @@ use super::{
     settings::mass_kg,
     trapezoidal::not_converged,
 };
-use crate::common::checks::{finite, positive};
+use crate::common::{
+    checks::{finite, positive},
+    enthalpy_curve::Curve,
+};
 
 /// The materials, prepared.
 pub(super) struct Form {
@@ -97,7 +99,8 @@ impl Form {
         let prepare = |material: &super::Material| {
             positive(NODE, "density", material.density_kg_m3)?;
             material.conductivity_w_m_k.check(NODE, "conductivity", |value| value >= 0.0, "at least 0 and finite")?;
-            let curve = Curve::new(&material.heat_capacity_j_kg_k, material.phases.as_ref(), settings.temperature_k)?;
+            let curve =
+                Curve::new(NODE, &material.heat_capacity_j_kg_k, material.phases.as_ref(), settings.temperature_k)?;
             let (density_kg_m3, conductivity) = (material.density_kg_m3, material.conductivity_w_m_k.clone());
             Ok(Prepared { density_kg_m3, curve, conductivity })
         };

@@ -8,10 +8,10 @@ use stagger_config::{
     units::{HEAT_TRANSFER, NUMBER, TEMPERATURE},
 };
 
-use super::{Ambient, Conductance, Enthalpy, Material, Overshoot, PhaseChange, Phases, Settings, Solver, Start};
+use super::{Ambient, Conductance, Enthalpy, Material, Overshoot, Settings, Solver, Start};
 use crate::{
     PhysicsKind, Surroundings,
-    common::{Bodies, Table as Property, keys::materials::Material as Named},
+    common::{Bodies, PhaseBands as Bands, Table as Property, keys::materials::Material as Named},
 };
 
 static CONDUCTANCE: Key = Key::new(
@@ -137,11 +137,8 @@ pub static KIND: PhysicsKind = PhysicsKind {
 fn read(table: Table<'_>, surroundings: &Surroundings<'_, '_>) -> Settings {
     let Surroundings { bodies, walls, .. } = *surroundings;
     let bands = table.optional_table(&PHASES).map(|phases| {
-        let bands = Bands {
-            melting_k: phases.optional_number(&MELTING_BAND),
-            boiling_k: phases.number(&BOILING_BAND),
-            vapour: phases.flag(&VAPOUR),
-        };
+        let (melting_k, boiling_k) = (phases.optional_number(&MELTING_BAND), phases.number(&BOILING_BAND));
+        let bands = Bands { melting_k, boiling_k: phases.flag(&VAPOUR).then_some(boiling_k) };
         phases.finish();
         bands
     });
@@ -209,35 +206,10 @@ fn start(bodies: &Bodies<'_>) -> Option<Start> {
     })
 }
 
-/// Bandwidths of the changes of phase.
-struct Bands {
-    melting_k: Option<f64>,
-    boiling_k: f64,
-    vapour: bool,
-}
-
 fn material(bodies: &Bodies<'_>, named: &(String, Named), bands: Option<&Bands>) -> Material {
-    let (name, known) = named;
     let number = |name: &str, value: Option<f64>| bodies.property_of(named, name, value, f64::NAN);
     let table = |name: &str, value: &Option<Property>| {
         bodies.property_of(named, name, value.clone(), Property::constant(f64::NAN))
     };
-    let density_kg_m3 = number("density", known.density_kg_m3);
-    let heat_capacity_j_kg_k = table("heat-capacity", &known.heat_capacity_j_kg_k);
-    let conductivity_w_m_k = table("conductivity", &known.conductivity_w_m_k);
-    let phases = bands.map(|bands| {
-        let solidus_k = number("solidus", known.solidus_k);
-        let melting = PhaseChange {
-            from_k: solidus_k,
-            width_k: bands.melting_k.unwrap_or_else(|| number("liquidus", known.liquidus_k) - solidus_k),
-            latent_j_kg: number("melting-heat", known.melting_heat_j_kg),
-        };
-        let boiling = bands.vapour.then(|| PhaseChange {
-            from_k: number("boiling", known.boiling_k),
-            width_k: bands.boiling_k,
-            latent_j_kg: number("boiling-heat", known.boiling_heat_j_kg),
-        });
-        Phases { melting: Some(melting), boiling }
-    });
-    Material { name: name.clone(), density_kg_m3, heat_capacity_j_kg_k, conductivity_w_m_k, phases }
+    Material::of(named, bands, number, table)
 }

@@ -2,7 +2,6 @@
 
 mod ambient;
 mod balance;
-mod curve;
 mod enthalpy;
 pub mod keys;
 mod network;

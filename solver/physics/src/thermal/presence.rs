@@ -1,6 +1,6 @@
 //! How long within a window each particle is there, before it has boiled.
 
-use super::curve::Curve;
+use crate::common::enthalpy_curve::Curve;
 
 /// Rounds in which the shares are sought; what they leave is booked.
 const ROUNDS: u32 = 40;

@@ -6,8 +6,8 @@ use serde::Serialize;
 
 use stagger_messages::{Measure, Port, Ports};
 
-use super::{NODE, Table, Thermal};
-pub use crate::common::Conductance;
+use super::{NODE, Thermal};
+pub use crate::common::{Conductance, HeatMaterial as Material, PhaseChange, Phases};
 use stagger_coupling::{SolveError, math};
 
 use crate::common::{
@@ -94,41 +94,6 @@ impl Enthalpy {
     pub fn changes_phase(&self) -> bool {
         self.materials.iter().any(|material| material.phases.is_some())
     }
-}
-
-/// What a particle is made of.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Material {
-    /// Its name in the scene.
-    pub name: String,
-    /// Density ρ in kg/m³; it holds for every temperature and phase, as a particle keeps mass and radius.
-    pub density_kg_m3: f64,
-    /// Heat capacity C in J/(kg K), without latent heat.
-    pub heat_capacity_j_kg_k: Table,
-    /// Conductivity K in W/(m K).
-    pub conductivity_w_m_k: Table,
-    /// Where it melts and boils; `None` is never.
-    pub phases: Option<Phases>,
-}
-
-/// Changes of phase of a material.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Phases {
-    /// Melting; `None` is never.
-    pub melting: Option<PhaseChange>,
-    /// Boiling, above the end of melting; `None` is never.
-    pub boiling: Option<PhaseChange>,
-}
-
-/// A change of phase on heating, and back on cooling.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct PhaseChange {
-    /// Where it begins: θ_m or θ_v in K.
-    pub from_k: f64,
-    /// Bandwidth δθ in K over which the latent heat is spread; 0 changes phase at one temperature.
-    pub width_k: f64,
-    /// Latent heat in J/kg.
-    pub latent_j_kg: f64,
 }
 
 /// How the implicit equations of a window are solved.

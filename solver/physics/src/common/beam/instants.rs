@@ -6,8 +6,6 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 use stagger_messages::Fields;
 
-use crate::common::checks::field;
-
 /// What a beam of unit strength does to the particles at one instant.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct AtInstant<T> {
@@ -26,15 +24,18 @@ pub(crate) fn ends<T: Clone>(
     window: Window,
     at: impl Fn(&Fields, f64) -> Result<T, SolveError>,
 ) -> Result<[AtInstant<T>; 2], SolveError> {
-    let particles = &field(&frozen.end, "radii")?.support;
+    // Where there are no particles at all, there is nothing that could come or go.
+    let particles = |fields: &Fields| fields.get("radii").map(|radii| radii.support.clone());
+    let now = particles(&frozen.end);
+    let revision = now.as_ref().map_or(0, |support| support.revision);
     let evaluate = |fields, t_s| {
         let values = Arc::new(at(fields, t_s)?);
-        Ok::<_, SolveError>(AtInstant { revision: particles.revision, values })
+        Ok::<_, SolveError>(AtInstant { revision, values })
     };
     let end = evaluate(&frozen.end, window.t_s + window.dt_s)?;
-    let start = match kept.filter(|kept| kept.revision == particles.revision) {
+    let start = match kept.filter(|kept| kept.revision == revision) {
         Some(kept) => kept,
-        None if field(&frozen.start, "radii")?.support == *particles => evaluate(&frozen.start, window.t_s)?,
+        None if particles(&frozen.start) == now => evaluate(&frozen.start, window.t_s)?,
         None => end.clone(),
     };
     Ok([start, end])

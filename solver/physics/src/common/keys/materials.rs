@@ -37,6 +37,8 @@ pub struct Material {
     pub boiling_k: Option<f64>,
     /// Latent heat of boiling, in J/kg.
     pub boiling_heat_j_kg: Option<f64>,
+    /// Relative atomic mass of what evaporates: the mass of a mole in g.
+    pub relative_atomic_mass: Option<f64>,
     /// Young's modulus, in Pa.
     pub young_pa: Option<f64>,
     /// Poisson's ratio.
@@ -96,6 +98,13 @@ pub(crate) static EXTINCTION_KEY: Key =
     Key::new("extinction", Kind::Number(&NUMBER, Range::NOT_NEGATIVE), "Extinction k of light; 0 is a dielectric.")
         .or_from("none is known");
 
+static ATOMIC_MASS_KEY: Key = Key::new(
+    "relative-atomic-mass",
+    Kind::Number(&NUMBER, Range::POSITIVE),
+    "Relative atomic mass of what evaporates: the mass of a mole in g.",
+)
+.or_from("the built-in material's");
+
 /// Keys of a material.
 pub static SECTION: Section = Section {
     path: "materials.NAME",
@@ -118,6 +127,7 @@ pub static SECTION: Section = Section {
         &REFRACTIVE_INDEX_KEY,
         &EXTINCTION_KEY,
         &ELECTRICAL_CONDUCTIVITY_KEY,
+        &ATOMIC_MASS_KEY,
     ],
 };
 
@@ -130,42 +140,44 @@ pub static SECTION: Section = Section {
 ///
 /// Solidus, liquidus and heat of melting stand with the densities' sources. Boiling is that of the base metal at 1 bar:
 /// boiling point and heat of vaporisation of the elements, CRC Handbook of Chemistry and Physics (340, 425 and
-/// 294 kJ/mol), to two digits; an alloy loses its volatile parts first.
+/// 294 kJ/mol), to two digits; an alloy loses its volatile parts first. The relative atomic mass is that of the base metal, too.
 pub(crate) fn built_in() -> BTreeMap<String, Material> {
-    let material = |[density, heat_capacity, conductivity, young, poisson, absorption, electrical]: [f64; 7],
-                    [solidus, liquidus, melting_heat, boiling, boiling_heat]: [f64; 5]| Material {
-        density_kg_m3: Some(density),
-        heat_capacity_j_kg_k: Some(Property::constant(heat_capacity)),
-        conductivity_w_m_k: Some(Property::constant(conductivity)),
-        solidus_k: Some(solidus),
-        liquidus_k: Some(liquidus),
-        melting_heat_j_kg: Some(melting_heat),
-        boiling_k: Some(boiling),
-        boiling_heat_j_kg: Some(boiling_heat),
-        young_pa: Some(young),
-        poisson: Some(poisson),
-        absorption_1_m: Some(absorption),
-        electrical_conductivity_s_m: Some(electrical),
-        ..Material::default()
-    };
+    let material =
+        |[density, heat_capacity, conductivity, young, poisson, absorption, electrical]: [f64; 7],
+         [solidus, liquidus, melting_heat, boiling, boiling_heat, atomic_mass]: [f64; 6]| Material {
+            density_kg_m3: Some(density),
+            heat_capacity_j_kg_k: Some(Property::constant(heat_capacity)),
+            conductivity_w_m_k: Some(Property::constant(conductivity)),
+            solidus_k: Some(solidus),
+            liquidus_k: Some(liquidus),
+            melting_heat_j_kg: Some(melting_heat),
+            boiling_k: Some(boiling),
+            boiling_heat_j_kg: Some(boiling_heat),
+            young_pa: Some(young),
+            poisson: Some(poisson),
+            absorption_1_m: Some(absorption),
+            electrical_conductivity_s_m: Some(electrical),
+            relative_atomic_mass: Some(atomic_mass),
+            ..Material::default()
+        };
     BTreeMap::from([
         // Density: K. C. Mills, Recommended Values of Thermophysical Properties for Selected Commercial Alloys
         // (Woodhead 2002). Heat capacity and both conductivities: EN 10088-1, steel 1.4404. Moduli: Metals Handbook, Desk
         // Edition (ASM International 1998).
         (
             "316L".into(),
-            material([7950.0, 500.0, 15.0, 193e9, 0.3, 5e7, 1.33e6], [1658.0, 1723.0, 260e3, 3134.0, 6.1e6]),
+            material([7950.0, 500.0, 15.0, 193e9, 0.3, 5e7, 1.33e6], [1658.0, 1723.0, 260e3, 3134.0, 6.1e6, 55.85]),
         ),
         // Density, heat capacity and conductivity: Mills 2002. Moduli and electrical conductivity: Boyer, Welsch
         // and Collings, Materials Properties Handbook: Titanium Alloys (ASM International 1994).
         (
             "Ti-6Al-4V".into(),
-            material([4420.0, 546.0, 7.0, 113.8e9, 0.342, 5e7, 5.8e5], [1878.0, 1923.0, 286e3, 3560.0, 8.9e6]),
+            material([4420.0, 546.0, 7.0, 113.8e9, 0.342, 5e7, 5.8e5], [1878.0, 1923.0, 286e3, 3560.0, 8.9e6, 47.87]),
         ),
         // The casting alloy of the same composition, A360.0: ASM Handbook vol. 2 (ASM International 1990).
         (
             "AlSi10Mg".into(),
-            material([2630.0, 963.0, 113.0, 71e9, 0.33, 1e8, 1.7e7], [830.0, 868.0, 389e3, 2792.0, 10.9e6]),
+            material([2630.0, 963.0, 113.0, 71e9, 0.33, 1e8, 1.7e7], [830.0, 868.0, 389e3, 2792.0, 10.9e6, 26.98]),
         ),
     ])
 }
@@ -193,6 +205,7 @@ pub fn read(root: &Table<'_>, key: &'static Key) -> BTreeMap<String, Material> {
             electrical_conductivity_s_m: own(&ELECTRICAL_CONDUCTIVITY_KEY, base.electrical_conductivity_s_m),
             refractive_index: own(&REFRACTIVE_INDEX_KEY, base.refractive_index),
             extinction: own(&EXTINCTION_KEY, base.extinction),
+            relative_atomic_mass: own(&ATOMIC_MASS_KEY, base.relative_atomic_mass),
         };
         if let (Some(solidus_k), Some(liquidus_k)) = (material.solidus_k, material.liquidus_k)
             && liquidus_k < solidus_k
@@ -242,6 +255,7 @@ pub(crate) fn choose(
             electrical_conductivity_s_m: unknown,
             refractive_index: unknown,
             extinction: unknown,
+            relative_atomic_mass: unknown,
         }
     });
     (name, material)

@@ -26,7 +26,7 @@ pub use self::{
 pub(crate) use self::{
     cross_section::starts,
     paths::paths_m,
-    trace::{facing, trace},
+    trace::{facing, trace, trace_onto},
 };
 use super::checks::setting;
 

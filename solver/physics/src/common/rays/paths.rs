@@ -21,7 +21,7 @@ pub(crate) fn paths_m(grid: &Grid, rays: &[Ray], limits: Limits, reflected: impl
             points.push(strike.point);
             reflected(strike)
         });
-        points.extend(followed.left.map(|direction| points[points.len() - 1] + direction * beyond));
+        points.extend(followed.left.map(|ray| points[points.len() - 1] + ray.direction * beyond));
         let end = points[points.len() - 1];
         points.resize(points.len().max(POINTS), end);
         values.extend(points[..POINTS].iter().flat_map(|point| [point.x, point.y, point.z]));

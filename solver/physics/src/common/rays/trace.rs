@@ -40,8 +40,8 @@ pub struct Strike {
 /// What became of a ray.
 #[derive(Clone, Copy, Debug)]
 pub struct Followed {
-    /// Direction in which it left the spheres; `None` where it ended among them.
-    pub left: Option<Vec3>,
+    /// Where and in which direction it left the spheres; `None` where it ended among them.
+    pub left: Option<Ray>,
     /// Power left, as a share of what it started with.
     pub power: f64,
     /// Surfaces it met.
@@ -51,6 +51,8 @@ pub struct Followed {
 /// What became of a beam's power, in shares of it, apart from what the spheres took.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
+    /// Of rays that met a solid on a grid.
+    pub landed: f64,
     /// Of rays that met a wall.
     pub passed: f64,
     /// Of rays that left into the open.
@@ -71,7 +73,7 @@ pub fn follow(grid: &Grid, mut ray: Ray, limits: Limits, mut surface: impl FnMut
     let (mut power, mut strikes, mut last) = (1.0, 0, None);
     while strikes < limits.reflections && power > limits.threshold {
         let Some((sphere, way)) = grid.nearest(&ray, last) else {
-            return Followed { left: Some(ray.direction), power, strikes };
+            return Followed { left: Some(ray), power, strikes };
         };
         let centre = grid.spheres()[sphere as usize].centre;
         let point = ray.origin + ray.direction * way;
@@ -104,11 +106,25 @@ pub(crate) fn trace<D: Send>(
     limits: Limits,
     walls: &[[f64; 3]],
     surface: impl Fn(&Strike) -> (f64, D) + Sync,
+    add: impl FnMut(u32, D),
+) -> Outcome {
+    trace_onto(grid, rays, limits, walls, surface, add, (|_: &Ray| None, |_, _| ()))
+}
+
+/// The same over a solid: `lands` says where a ray that has left the spheres meets it; `land` gets that place and the ray's
+/// power, as a share of the beam's, in the order of the rays.
+pub(crate) fn trace_onto<D: Send>(
+    grid: &Grid,
+    rays: &[Ray],
+    limits: Limits,
+    walls: &[[f64; 3]],
+    surface: impl Fn(&Strike) -> (f64, D) + Sync,
     mut add: impl FnMut(u32, D),
+    (lands, mut land): (impl Fn(&Ray) -> Option<Vec3> + Sync, impl FnMut(Vec3, f64)),
 ) -> Outcome {
     let meets = |direction: &Vec3| walls.iter().any(|normal| Vec3::from(*normal).dot(direction) < 0.0);
     let chunk = |rays: &[Ray]| {
-        let (mut taken, mut outcome) = (Vec::new(), Outcome::default());
+        let (mut taken, mut landed, mut outcome) = (Vec::new(), Vec::new(), Outcome::default());
         for ray in rays {
             let followed = follow(grid, *ray, limits, |strike| {
                 let (reflected, deposit) = surface(strike);
@@ -117,26 +133,35 @@ pub(crate) fn trace<D: Send>(
             });
             outcome.strikes += u64::from(followed.strikes);
             match followed.left {
-                Some(direction) if meets(&direction) => outcome.passed += followed.power,
-                Some(_) => outcome.escaped += followed.power,
+                Some(ray) => match lands(&ray) {
+                    Some(point) => {
+                        outcome.landed += followed.power;
+                        landed.push((point, followed.power));
+                    }
+                    None if meets(&ray.direction) => outcome.passed += followed.power,
+                    None => outcome.escaped += followed.power,
+                },
                 None => outcome.residual += followed.power,
             }
         }
-        (taken, outcome)
+        (taken, landed, outcome)
     };
     let mut total = Outcome::default();
+    let share = 1.0 / rays.len().max(1) as f64;
     for rays in rays.chunks(CHUNK * CHUNKS_AT_ONCE) {
         let chunks: Vec<_> = rays.par_chunks(CHUNK).map(chunk).collect();
-        for (taken, outcome) in chunks {
+        for (taken, landed, outcome) in chunks {
             taken.into_iter().for_each(|(sphere, deposit)| add(sphere, deposit));
+            landed.into_iter().for_each(|(point, power)| land(point, power * share));
+            total.landed += outcome.landed;
             total.passed += outcome.passed;
             total.escaped += outcome.escaped;
             total.residual += outcome.residual;
             total.strikes += outcome.strikes;
         }
     }
-    let share = 1.0 / rays.len().max(1) as f64;
     Outcome {
+        landed: total.landed * share,
         passed: total.passed * share,
         escaped: total.escaped * share,
         residual: total.residual * share,

@@ -1,7 +1,29 @@
-//! Enthalpy as a function of temperature, and back.
+//! Enthalpy of matter as a function of temperature, and back: heat capacity, melting and boiling.
 
-use super::{NODE, PhaseChange, Phases, Table};
+use serde::Serialize;
 use stagger_coupling::SolveError;
+
+use super::Table;
+
+/// Changes of phase of a material.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Phases {
+    /// Melting; `None` is never.
+    pub melting: Option<PhaseChange>,
+    /// Boiling, above the end of melting; `None` is never.
+    pub boiling: Option<PhaseChange>,
+}
+
+/// A change of phase on heating, and back on cooling.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct PhaseChange {
+    /// Where it begins: θ_m or θ_v in K.
+    pub from_k: f64,
+    /// Bandwidth δθ in K over which the latent heat is spread; 0 changes phase at one temperature.
+    pub width_k: f64,
+    /// Latent heat in J/kg.
+    pub latent_j_kg: f64,
+}
 
 /// Specific enthalpy h(θ) of a material above that of the start, in J/kg: the integral of its heat capacity, and the
 /// latent heats in their bands.
@@ -12,10 +34,10 @@ use stagger_coupling::SolveError;
 ///
 /// Between two nodes C is linear, so that h is quadratic: exact integrals, and exact inverses.
 ///
-/// Where there is boiling the curve ends with it: a particle that is vapour leaves, and is not followed to higher temperatures.
+/// Where there is boiling the curve ends with it: what is vapour leaves, and is not followed to higher temperatures.
 /// More heat than that leaves the temperature where boiling ends; [`Curve::vapour`] tells it.
 #[derive(Clone, Debug)]
-pub(super) struct Curve {
+pub(crate) struct Curve {
     nodes: Vec<Node>,
     /// C below the first node, in J/(kg K).
     below_j_kg_k: f64,
@@ -51,28 +73,28 @@ struct Band {
     latent_j_kg: f64,
 }
 
-/// Where a particle is on its curve.
+/// Where a body is on its curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Place {
-    pub(super) temperature_k: f64,
+pub(crate) struct Place {
+    pub(crate) temperature_k: f64,
     /// dθ/dh in K kg/J; 0 while a phase changes at one temperature.
-    pub(super) slope: f64,
+    pub(crate) slope: f64,
 }
 
 impl Curve {
-    /// The curve of a heat capacity in J/(kg K) with what changes of phase add, from h = 0 at `start_k`.
+    /// The curve of a heat capacity in J/(kg K) with what changes of phase add, from h = 0 at `start_k`; `node` is who asks.
     ///
     /// # Errors
     /// The capacity is not positive, or melting ends above the temperature at which boiling begins.
-    pub(super) fn new(capacity: &Table, phases: Option<&Phases>, start_k: f64) -> Result<Self, SolveError> {
-        capacity.check(NODE, "heat capacity", |value| value > 0.0, "positive and finite")?;
+    pub(crate) fn new(node: &str, capacity: &Table, phases: Option<&Phases>, start_k: f64) -> Result<Self, SolveError> {
+        capacity.check(node, "heat capacity", |value| value > 0.0, "positive and finite")?;
         let changes: Vec<_> =
             phases.into_iter().flat_map(|phases| [phases.melting, phases.boiling]).flatten().collect();
         for change in &changes {
             let [from_k, width_k, latent_j_kg] = [change.from_k, change.width_k, change.latent_j_kg];
             if !(from_k > 0.0 && width_k >= 0.0 && latent_j_kg >= 0.0 && (from_k + width_k + latent_j_kg).is_finite()) {
                 return Err(SolveError::Start(format!(
-                    "{NODE}: a change of phase needs a positive temperature, a width and a latent heat of at least 0, \
+                    "{node}: a change of phase needs a positive temperature, a width and a latent heat of at least 0, \
                      but has {from_k} K, {width_k} K and {latent_j_kg} J/kg"
                 )));
             }
@@ -81,7 +103,7 @@ impl Curve {
             && melting.from_k + melting.width_k >= boiling.from_k
         {
             return Err(SolveError::Start(format!(
-                "{NODE}: melting ends at {} K, but must end below the boiling point, {} K",
+                "{node}: melting ends at {} K, but must end below the boiling point, {} K",
                 melting.from_k + melting.width_k,
                 boiling.from_k
             )));
@@ -142,7 +164,7 @@ impl Curve {
 
     /// h at a temperature in K; where a phase changes at just this one, before it does. Above the end of boiling it is that of
     /// vapour.
-    pub(super) fn enthalpy(&self, temperature_k: f64) -> f64 {
+    pub(crate) fn enthalpy(&self, temperature_k: f64) -> f64 {
         match self.nodes.partition_point(|node| node.temperature_k < temperature_k) {
             0 => self.nodes[0].reached_j_kg + self.below_j_kg_k * (temperature_k - self.nodes[0].temperature_k),
             after => match self.nodes.get(after).filter(|node| node.temperature_k <= temperature_k) {
@@ -153,9 +175,9 @@ impl Curve {
         }
     }
 
-    /// h at a temperature in K, where a share of the mass has melted: that share tells how far a particle is that melts at just
+    /// h at a temperature in K, where a share of the mass has melted: that share tells how far a body is that melts at just
     /// this one temperature, within rounding; anywhere else temperature alone does.
-    pub(super) fn enthalpy_of(&self, temperature_k: f64, melted: f64) -> f64 {
+    pub(crate) fn enthalpy_of(&self, temperature_k: f64, melted: f64) -> f64 {
         match &self.melting {
             Some(band) if band.from_k == band.to_k && (temperature_k / band.from_k - 1.0).abs() < 1e-12 => {
                 band.from_j_kg + melted * (band.to_j_kg - band.from_j_kg)
@@ -164,9 +186,9 @@ impl Curve {
         }
     }
 
-    /// Where h + k θ equals `total_j_kg`: with k = 0 the inverse of h, with k ≥ 0 in J/(kg K) the balance of a particle
+    /// Where h + k θ equals `total_j_kg`: with k = 0 the inverse of h, with k ≥ 0 in J/(kg K) the balance of a body
     /// whose heat flows out with its own temperature.
-    pub(super) fn balance(&self, total_j_kg: f64, outflow_j_kg_k: f64) -> Place {
+    pub(crate) fn balance(&self, total_j_kg: f64, outflow_j_kg_k: f64) -> Place {
         let reached = |node: &Node| node.reached_j_kg + outflow_j_kg_k * node.temperature_k;
         let after = self.nodes.partition_point(|node| reached(node) <= total_j_kg);
         let Some(node) = after.checked_sub(1).map(|place| &self.nodes[place]) else {
@@ -191,22 +213,22 @@ impl Curve {
     }
 
     /// Where h is `enthalpy_j_kg`.
-    pub(super) fn place(&self, enthalpy_j_kg: f64) -> Place {
+    pub(crate) fn place(&self, enthalpy_j_kg: f64) -> Place {
         self.balance(enthalpy_j_kg, 0.0)
     }
 
     /// Least C without latent heat at any temperature, in J/(kg K).
-    pub(super) fn least_j_kg_k(&self) -> f64 {
+    pub(crate) fn least_j_kg_k(&self) -> f64 {
         self.least_j_kg_k
     }
 
     /// h from which on all is vapour, in J/kg; `None` where nothing boils.
-    pub(super) fn vapour(&self) -> Option<f64> {
+    pub(crate) fn vapour(&self) -> Option<f64> {
         self.boiling.as_ref().map(|band| band.to_j_kg)
     }
 
     /// Shares of the mass that are molten or were, and vapour; each from 0 to 1.
-    pub(super) fn molten_and_vapour(&self, enthalpy_j_kg: f64) -> [f64; 2] {
+    pub(crate) fn molten_and_vapour(&self, enthalpy_j_kg: f64) -> [f64; 2] {
         let share = |band: &Option<Band>| {
             band.as_ref().map_or(0.0, |band| {
                 if enthalpy_j_kg >= band.to_j_kg {
@@ -225,7 +247,7 @@ impl Curve {
     }
 
     /// The part of h that is latent, in J/kg; 0 while all is solid.
-    pub(super) fn latent(&self, [molten, vapour]: [f64; 2]) -> f64 {
+    pub(crate) fn latent(&self, [molten, vapour]: [f64; 2]) -> f64 {
         let of = |band: &Option<Band>, share: f64| band.as_ref().map_or(0.0, |band| share * band.latent_j_kg);
         of(&self.melting, molten) + of(&self.boiling, vapour)
     }
@@ -243,7 +265,7 @@ impl Node {
 mod tests {
     use proptest::prelude::*;
 
-    use super::{super::PhaseChange, *};
+    use super::*;
 
     fn phases(melting_k: f64, boiling_k: f64) -> Phases {
         Phases {
@@ -256,7 +278,7 @@ mod tests {
     fn enthalpy_is_the_integral_of_the_heat_capacity_and_the_latent_heats() {
         let capacity = Table { points: vec![[300.0, 500.0], [1300.0, 700.0]] };
         for (melting_k, boiling_k) in [(0.0, 0.0), (60.0, 0.0), (60.0, 20.0)] {
-            let curve = Curve::new(&capacity, Some(&phases(melting_k, boiling_k)), 300.0).unwrap();
+            let curve = Curve::new("heat", &capacity, Some(&phases(melting_k, boiling_k)), 300.0).unwrap();
             assert_eq!(curve.enthalpy(300.0), 0.0);
             assert_eq!(curve.enthalpy(200.0), -500.0 * 100.0);
             // ½ (500 + 700) over 1000 K, 700 from there on: exact in these numbers to a few roundings.
@@ -287,7 +309,7 @@ mod tests {
 
     #[test]
     fn a_phase_that_changes_at_one_temperature_holds_it() {
-        let curve = Curve::new(&Table::constant(500.0), Some(&phases(0.0, 0.0)), 300.0).unwrap();
+        let curve = Curve::new("heat", &Table::constant(500.0), Some(&phases(0.0, 0.0)), 300.0).unwrap();
         let melting_j_kg = 500.0 * 1300.0;
         for latent_j_kg in [1.0, 1e5, 2.59e5] {
             let place = curve.place(melting_j_kg + latent_j_kg);
@@ -301,8 +323,9 @@ mod tests {
     #[test]
     fn what_cannot_be_is_refused() {
         let constant = Table::constant(500.0);
-        let refused =
-            |capacity: &Table, phases: Phases| Curve::new(capacity, Some(&phases), 300.0).unwrap_err().to_string();
+        let refused = |capacity: &Table, phases: Phases| {
+            Curve::new("heat", capacity, Some(&phases), 300.0).unwrap_err().to_string()
+        };
         assert!(refused(&constant, phases(1500.0, 0.0)).contains("must end below the boiling point, 3000 K"));
         assert!(refused(&constant, phases(-1.0, 0.0)).contains("a width and a latent heat of at least 0"));
         let falling = Table { points: vec![[400.0, 1.0], [300.0, 1.0]] };
@@ -319,7 +342,7 @@ mod tests {
             bands in prop_oneof![Just((0.0, 0.0)), (1.0f64..100.0, 1.0f64..100.0)],
         ) {
             let capacity = Table { points: vec![[300.0, 500.0], [1300.0, 700.0], [1650.0, 450.0], [2500.0, 800.0]] };
-            let curve = Curve::new(&capacity, Some(&phases(bands.0, bands.1)), 300.0).unwrap();
+            let curve = Curve::new("heat", &capacity, Some(&phases(bands.0, bands.1)), 300.0).unwrap();
             let found_k = curve.balance(total, outflow).temperature_k;
             // A rounding of θ, times what h + k θ rises with it: at most 6·10⁶ J/(kg K) in a band of 1 K. In a plateau h is
             // between its ends.
