@@ -283,6 +283,14 @@ impl Scene {
         nodes.filter_map(|(name, own)| Some((name, own.as_any().downcast_ref()?)))
     }
 
+    /// Whether a built-in physics of the scene writes a field.
+    #[must_use]
+    pub fn writes(&self, field: &str) -> bool {
+        let own = self.nodes.values().filter_map(|node| node.own.as_ref());
+        let ports = self.physics.values().chain(own).map(|settings| settings.ports());
+        ports.flat_map(|ports| ports.writes).any(|port| port.field == field)
+    }
+
     /// The built-in physics that nodes run, by the node's name: each table under its own name, unless a `[nodes]` table
     /// runs it under another or a program of that name takes its place, and those that `[nodes]` tables name.
     #[must_use]

@@ -231,6 +231,12 @@ fn parse(text: &str, overrides: &[(&str, &str)]) -> Scene {
     Scene::parse_with_files(text, "x.toml", &overrides, &read_file).unwrap_or_else(|problems| panic!("{problems}"))
 }
 
+/// Whether the particles read a field that another physics of the scene writes.
+fn particles_read(scene: &Scene, field: &str) -> bool {
+    let reads = scene.physics["particles"].ports().reads;
+    scene.writes(field) && reads.iter().any(|port| port.field == field)
+}
+
 #[test]
 fn every_value_of_a_scene_reaches_its_setting() {
     let scene = parse(FULL, &[]);
@@ -296,7 +302,7 @@ fn every_value_of_a_scene_reaches_its_setting() {
     let magnetic =
         Magnetic { magnetisability_a2_n: 1e6, source, presence: Presence { ends_s: 7.0, ..Presence::default() } };
     assert_eq!(fields.magnetic, Some(magnetic));
-    assert!(particles.reads_temperature);
+    assert!(particles_read(&scene, "temperature"));
 
     // Walls keep the order of the file, which is not that of their names; normals are unit vectors.
     let names: Vec<&str> = scene.walls.iter().map(|wall| wall.name.as_str()).collect();
@@ -407,7 +413,7 @@ fn defaults_are_those_of_the_reference_and_are_shown() {
     assert_eq!(region.bounds().0, [-5e-4, -5e-4, 0.0]);
     assert_eq!((particles.gravity_m_s2, particles.spin), ([0.0, 0.0, -9.81], false));
     assert_eq!(particles.fields, FieldForces::default());
-    assert!(!particles.reads_temperature && particles.friction.is_none() && particles.drag.is_none());
+    assert!(!particles_read(&scene, "temperature") && particles.friction.is_none() && particles.drag.is_none());
     assert_eq!(
         scene.settings::<stagger_physics::optics::Settings>().unwrap().clone().model,
         Model::BeerLambert { absorption_1_m: 5e7, spacing_m: 2.5e-5 / 4.0 }
@@ -441,14 +447,8 @@ fn particles_of_which_nothing_else_is_said_are_those_of_the_solver() {
 #[test]
 fn a_physics_that_is_not_named_does_not_run_and_nobody_reads_it() {
     let cold = SHORT.replace("[thermal]\n", "").replace("count = 10\n", "count = 10\ncontact.softening.rate = 1\n");
-    assert!(!parse(&cold, &[]).settings::<stagger_physics::particles::Settings>().unwrap().clone().reads_temperature);
-    assert!(
-        parse(&cold, &[("thermal.phi", "0.5")])
-            .settings::<stagger_physics::particles::Settings>()
-            .unwrap()
-            .clone()
-            .reads_temperature
-    );
+    assert!(!particles_read(&parse(&cold, &[]), "temperature"));
+    assert!(particles_read(&parse(&cold, &[("thermal.phi", "0.5")]), "temperature"));
     let scene = parse("duration = 1\n[coupling]\ndt = 1", &[]);
     assert!(scene.physics.is_empty());
     // Light is read where somebody writes it, whoever that is.

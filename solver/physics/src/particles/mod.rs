@@ -46,7 +46,7 @@ pub use settings::*;
 /// The particles of a scene.
 ///
 /// Writes `positions`, `velocities`, `radii` and the contacts between particles and with walls, all at the window's
-/// end; reads `temperature` where it softens the contacts, and `acoustic_force` where sound pushes the particles.
+/// end; reads, where somebody writes them, `temperature` if it softens the contacts, and `acoustic_force`, the push of sound.
 #[derive(Debug)]
 pub struct Particles(model::Model);
 

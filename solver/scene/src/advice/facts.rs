@@ -57,6 +57,8 @@ pub(super) struct Facts<'s> {
     pub expectation: Expectation,
     pub bodies: Vec<Body>,
     pub room: Room,
+    /// Whether a physics pushes the particles.
+    pub pushed: bool,
     particles: Particles,
 }
 
@@ -98,7 +100,8 @@ impl<'s> Facts<'s> {
         lasers.extend(scene.own_settings().map(|(name, settings)| laser(format!("nodes.{name}"), settings)));
         let room = room(scene, &expectation, settings);
         let thermal = scene.settings();
-        Ok(Some(Self { scene, within, settings, thermal, lasers, expectation, bodies, room, particles }))
+        let pushed = scene.writes("acoustic_force");
+        Ok(Some(Self { scene, within, settings, thermal, lasers, expectation, bodies, room, pushed, particles }))
     }
 
     pub fn number(&self) -> f64 {
@@ -154,7 +157,7 @@ impl<'s> Facts<'s> {
         let other = self.scene.walls.iter().any(|wall| wall.motion != Motion::Fixed)
             || fields.near_field.is_some()
             || fields.magnetic.is_some()
-            || fields.reads_acoustic_force
+            || self.pushed
             || self.settings.bond.is_some()
             || self.settings.bonds.is_some();
         let push = self.expectation.acceleration_m_s2 + 2.0 * self.expectation.speed_m_s / self.duration_s();
@@ -286,7 +289,7 @@ impl<'s> Facts<'s> {
     /// Speed that no particle exceeds, in m/s; `None` where forces act whose work is not known before the run.
     pub fn speed_m_s(&self) -> Option<f64> {
         let fields = &self.settings.fields;
-        let unknown = fields.near_field.is_some() || fields.magnetic.is_some() || fields.reads_acoustic_force;
+        let unknown = fields.near_field.is_some() || fields.magnetic.is_some() || self.pushed;
         (!unknown).then_some(self.expectation.speed_m_s)
     }
 

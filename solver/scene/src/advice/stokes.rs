@@ -87,7 +87,7 @@ pub(super) fn advise(facts: &Facts<'_>) -> Vec<Advice> {
     let reynolds = facts.bodies.iter().map(reynolds).fold(0.0, f64::max);
     let gas_is = if there { "the gas" } else { "air of 1.8e-5 Pa s" };
     // What sound or a magnet pushes depends on where each particle is: the least change grows, and no mean is bounded.
-    let pushed = facts.settings.fields.reads_acoustic_force || facts.settings.fields.magnetic.is_some();
+    let pushed = facts.pushed || facts.settings.fields.magnetic.is_some();
     let verdict = match (there, small) {
         _ if pushed => Verdict::Keep,
         _ if beyond => Verdict::Beyond,

@@ -20,7 +20,10 @@ use self::{
     groups::{COUNT, GROUPS, MATERIAL, RADIUS, Used},
     start::{START, Starting},
 };
-use super::settings::{Group, Integrator, LeverArm, Pour, Settings, Start};
+use super::{
+    model::ports::VAPOURISED,
+    settings::{Group, Integrator, LeverArm, Pour, Settings, Start},
+};
 use crate::{
     Configured, PhysicsKind, Surroundings,
     common::{
@@ -293,8 +296,7 @@ fn read(table: Table<'_>, surroundings: &Surroundings<'_, '_>) -> Option<Setting
     let bond = contact::overlap_bond(&table, &OVERLAP_BOND);
     let drag = contact::drag(&table, &DRAG);
     let bonds = bonds::read(&table);
-    let mut fields = fields::read(&table);
-    fields.reads_acoustic_force = written.contains("acoustic_force");
+    let fields = fields::read(&table);
     let writes_contact_forces = table.flag(&CONTACT_FORCES);
     let (gravity_m_s2, spin, skin) = (table.vector(&GRAVITY), table.flag(&SPIN), table.number(&SKIN));
     if bonds.is_some() && !spin {
@@ -325,8 +327,7 @@ fn read(table: Table<'_>, surroundings: &Surroundings<'_, '_>) -> Option<Setting
         start: start?,
         seed,
         temperature_k,
-        reads_temperature: written.contains("temperature") && contact.softening_rate > 0.0,
-        reads_vapourised: written.contains("vapourised"),
+        writes_ids: written.contains(VAPOURISED),
         writes_contact_forces,
         writes_material: read.contains("material"),
         substrate,
