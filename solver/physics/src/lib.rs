@@ -13,4 +13,4 @@ pub mod particles;
 pub mod substrate;
 pub mod thermal;
 
-pub use kind::{Configured, PhysicsKind, ReadBodies, Settings, Surroundings};
+pub use kind::{Configured, PhysicsKind, ReadBodies, Settings, Surroundings, configured};

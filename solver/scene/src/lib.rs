@@ -283,12 +283,12 @@ impl Scene {
         nodes.filter_map(|(name, own)| Some((name, own.as_any().downcast_ref()?)))
     }
 
-    /// Whether a built-in physics of the scene writes a field.
+    /// The fields that built-in physics of the scene write.
     #[must_use]
-    pub fn writes(&self, field: &str) -> bool {
+    pub fn written(&self) -> BTreeSet<String> {
         let own = self.nodes.values().filter_map(|node| node.own.as_ref());
         let ports = self.physics.values().chain(own).map(|settings| settings.ports());
-        ports.flat_map(|ports| ports.writes).any(|port| port.field == field)
+        ports.flat_map(|ports| ports.writes).map(|port| port.field).collect()
     }
 
     /// The built-in physics that nodes run, by the node's name: each table under its own name, unless a `[nodes]` table

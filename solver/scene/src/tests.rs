@@ -234,7 +234,7 @@ fn parse(text: &str, overrides: &[(&str, &str)]) -> Scene {
 /// Whether the particles read a field that another physics of the scene writes.
 fn particles_read(scene: &Scene, field: &str) -> bool {
     let reads = scene.physics["particles"].ports().reads;
-    scene.writes(field) && reads.iter().any(|port| port.field == field)
+    scene.written().contains(field) && reads.iter().any(|port| port.field == field)
 }
 
 #[test]

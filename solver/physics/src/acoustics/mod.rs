@@ -1,5 +1,6 @@
 //! Sound that pushes the particles (Zohdi 2018, ch. 11).
 
+mod advice;
 mod interface;
 pub mod keys;
 mod settings;

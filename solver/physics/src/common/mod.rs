@@ -1,5 +1,6 @@
 //! What several physics use: beams, rays, walls, contacts and their conductance, linear algebra.
 
+pub mod advice;
 pub mod beam;
 mod bodies;
 pub mod checks;

@@ -1,5 +1,6 @@
 //! Electrical current through the particles, and the heat it makes.
 
+pub mod advice;
 mod averaging;
 mod conductivity;
 mod graph;

@@ -1,5 +1,6 @@
 //! Light absorbed by the particles from a laser beam.
 
+pub mod advice;
 mod beer_lambert;
 mod beer_lambert_monograph;
 mod energy_balance;

@@ -1,5 +1,6 @@
 //! Temperature of the particles: conduction through contacts, heat from absorbed light and from electrical current, phases.
 
+pub mod advice;
 mod ambient;
 mod balance;
 mod curve;

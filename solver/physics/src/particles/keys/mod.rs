@@ -14,24 +14,26 @@ use stagger_config::{
     reader::Table,
     units::{ACCELERATION, NUMBER, TEMPERATURE, TIME},
 };
-use std::{cell::RefCell, sync::Arc};
+use std::cell::RefCell;
 
 use self::{
     groups::{COUNT, GROUPS, MATERIAL, RADIUS, Used},
     start::{START, Starting},
 };
 use super::{
+    advice::ADVISOR,
     model::ports::VAPOURISED,
     settings::{Group, Integrator, LeverArm, Pour, Settings, Start},
 };
 use crate::{
-    Configured, PhysicsKind, Surroundings,
+    PhysicsKind, Surroundings,
     common::{
         Bodies, Given, Wall,
         keys::materials::{self, Material, Materials},
         property,
         walls::Motion,
     },
+    configured,
 };
 
 static TEMPERATURE_KEY: Key = Key::new(
@@ -177,7 +179,8 @@ pub static KIND: PhysicsKind = PhysicsKind {
     section: &SECTION,
     rank: 0,
     bodies: Some(bodies),
-    read: |table, surroundings| read(table, surroundings).map(|settings| Arc::new(settings) as Arc<dyn Configured>),
+    read: |table, surroundings| configured(read(table, surroundings)),
+    advice: Some(&ADVISOR),
 };
 
 /// What of the table was read before the other physics, and concerns the motion alone.
