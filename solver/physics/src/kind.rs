@@ -7,7 +7,7 @@ use stagger_config::{key::Section, reader::Table};
 use stagger_coupling::{Local, Participant, Physics, SolveError};
 use stagger_messages::Ports;
 
-use crate::common::{Bodies, OnSubstrate, Wall, advice::Advisor, keys::materials::Materials};
+use crate::common::{Bodies, OnSubstrate, Wall, advice::Advisor, keys::materials::Materials, tradeoff::Tradeoff};
 
 /// One kind of physics, as its folder describes it; `built_in` of stagger-scene lists them.
 #[derive(Debug)]
@@ -30,6 +30,8 @@ pub struct PhysicsKind {
     pub read: fn(Table<'_>, &Surroundings<'_, '_>) -> Option<Arc<dyn Configured>>,
     /// What it contributes to advice on scenes; `None` contributes nothing.
     pub advice: Option<&'static Advisor>,
+    /// What it contributes to trade-offs between speed and accuracy; `None` contributes nothing.
+    pub tradeoff: Option<&'static Tradeoff>,
 }
 
 /// Settings as a scene holds those of any physics; none where a mistake was reported.

@@ -4,13 +4,11 @@
 //! Nothing is run: numbers come from the scene and its start configuration. What cannot be known before the run is replaced by a
 //! stated bound. Each physics has its numbers in its own folder; here they are put together.
 
-use std::any::Any;
-
 use stagger_coupling::SolveError;
 pub use stagger_physics::common::advice::{Advice, Edit, Effect, Quantity, Verdict};
 use stagger_physics::{
     PhysicsKind,
-    common::advice::{Advisor, BodyFacts, Facts, Number, Tables},
+    common::advice::{Advisor, BodyFacts, Facts, Number},
 };
 
 use crate::{Scene, built_in::BUILT_IN};
@@ -45,10 +43,6 @@ pub fn advise(scene: &Scene, within: f64) -> Result<Vec<Advice>, SolveError> {
 
 /// What a scene says of itself.
 fn facts(scene: &Scene, within: f64) -> Facts<'_> {
-    let of_tables = scene.physics.iter().map(|(name, settings)| ((*name).to_owned(), settings.as_any()));
-    let of_nodes =
-        scene.nodes.iter().filter_map(|(name, node)| Some((format!("nodes.{name}"), node.own.as_ref()?.as_any())));
-    let tables: Vec<(String, &dyn Any)> = of_tables.chain(of_nodes).collect();
     Facts {
         within,
         duration_s: scene.duration_s,
@@ -58,7 +52,7 @@ fn facts(scene: &Scene, within: f64) -> Facts<'_> {
         values: &scene.effective,
         written: scene.written(),
         has_programs: scene.nodes.values().any(|node| node.command.is_some()),
-        tables: Tables(tables),
+        tables: scene.tables(),
         bodies: BodyFacts::none(),
         heat: None,
         lights: Vec::new(),

@@ -60,7 +60,7 @@ use stagger_messages::Measure;
 use stagger_physics::{
     Configured, PhysicsKind, Settings, Surroundings,
     common::{
-        Wall,
+        Tables, Wall,
         keys::{materials, walls},
     },
 };
@@ -281,6 +281,14 @@ impl Scene {
     pub fn own_settings<S: Settings>(&self) -> impl Iterator<Item = (&str, &S)> {
         let nodes = self.nodes.iter().filter_map(|(name, node)| Some((name.as_str(), node.own.as_ref()?)));
         nodes.filter_map(|(name, own)| Some((name, own.as_any().downcast_ref()?)))
+    }
+
+    /// The settings of all physics, for those that know their types.
+    #[must_use]
+    pub fn tables(&self) -> Tables<'_> {
+        let own = self.nodes.iter().filter_map(|(name, node)| Some((format!("nodes.{name}"), node.own.as_ref()?)));
+        let all = self.physics.iter().map(|(name, settings)| ((*name).to_owned(), settings)).chain(own);
+        Tables(all.map(|(table, settings)| (table, settings.as_any())).collect())
     }
 
     /// The fields that built-in physics of the scene write.

@@ -6,7 +6,7 @@ use stagger_config::{
     units::{DENSITY, INTENSITY, LENGTH, NUMBER, SPEED, TIME},
 };
 
-use super::{Interface, Settings, SoundBeam, advice::ADVISOR};
+use super::{Interface, Settings, SoundBeam, advice::ADVISOR, tradeoff::TRADEOFF};
 use crate::{
     PhysicsKind, Surroundings,
     common::keys::{beam, rays},
@@ -66,6 +66,7 @@ pub static KIND: PhysicsKind = PhysicsKind {
     bodies: None,
     read: |table, surroundings| configured(read(table, surroundings)),
     advice: Some(&ADVISOR),
+    tradeoff: Some(&TRADEOFF),
 };
 
 /// Reads the table.

@@ -4,6 +4,7 @@ mod advice;
 mod interface;
 pub mod keys;
 mod settings;
+mod tradeoff;
 
 use std::{collections::BTreeMap, f64::consts::PI, sync::Arc};
 

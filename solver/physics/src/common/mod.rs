@@ -15,6 +15,8 @@ pub(crate) mod random;
 pub mod rays;
 pub mod rows;
 pub(crate) mod simd;
+mod tables;
+pub mod tradeoff;
 pub mod walls;
 pub mod width;
 
@@ -22,6 +24,7 @@ pub use bodies::{Bodies, Given, Heat, property};
 pub use conductance::{Conductance, Partner, conductance};
 pub use on_substrate::OnSubstrate;
 pub use over_temperature::Table;
+pub use tables::Tables;
 pub use walls::{Shape, Wall};
 
 /// A vector in space.

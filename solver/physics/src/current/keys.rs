@@ -6,7 +6,7 @@ use stagger_config::{
     units::{ELECTRIC_FIELD, NUMBER, PER_ELECTRIC_FIELD, PER_TEMPERATURE, TEMPERATURE, TIME},
 };
 
-use super::{Conductivity, Method, Model, Settings, Solver, Transition, advice::ADVISOR};
+use super::{Conductivity, Method, Model, Settings, Solver, Transition, advice::ADVISOR, tradeoff::TRADEOFF};
 use crate::{
     PhysicsKind, Surroundings,
     common::{Conductance, Wall},
@@ -131,6 +131,7 @@ pub static KIND: PhysicsKind = PhysicsKind {
     bodies: None,
     read: |table, surroundings| configured(Some(read(table, surroundings))),
     advice: Some(&ADVISOR),
+    tradeoff: Some(&TRADEOFF),
 };
 
 /// Reads the table.

@@ -10,6 +10,7 @@ mod network;
 mod particles;
 mod potential;
 mod settings;
+mod tradeoff;
 
 use stagger_coupling::{Frozen, Physics, Reply, SolveError, Window};
 use std::{collections::BTreeMap, sync::Arc};

@@ -6,7 +6,7 @@ use stagger_config::{
     units::{LENGTH, NUMBER, PER_LENGTH, POWER, TIME},
 };
 
-use super::{Beam, Lines, Model, Profile, Settings, Surface, advice::ADVISOR};
+use super::{Beam, Lines, Model, Profile, Settings, Surface, advice::ADVISOR, tradeoff::TRADEOFF};
 use crate::{
     PhysicsKind, Surroundings,
     common::{
@@ -153,6 +153,7 @@ pub static KIND: PhysicsKind = PhysicsKind {
     bodies: None,
     read: |table, surroundings| configured(read(table, surroundings)),
     advice: Some(&ADVISOR),
+    tradeoff: Some(&TRADEOFF),
 };
 
 /// Reads the table.

@@ -7,6 +7,7 @@ mod energy_balance;
 pub mod keys;
 mod rays;
 mod settings;
+mod tradeoff;
 
 use stagger_coupling::{Frozen, Physics, Reply, SolveError, Window};
 use std::{borrow::Cow, collections::BTreeMap, sync::Arc};

@@ -16,7 +16,8 @@
 //! 11. `window`: one window as a whole
 //! 12. `start`: where particles are at t = 0
 //! 13. `advice`: what a scene could do without or lacks, before it runs
-//! 14. `keys`: reads what a scene says of them
+//! 14. `tradeoff`: settings that trade speed for accuracy
+//! 15. `keys`: reads what a scene says of them
 
 pub mod advice;
 pub mod bonds;
@@ -31,6 +32,7 @@ mod motion;
 mod search;
 mod settings;
 pub mod start;
+mod tradeoff;
 mod window;
 
 use stagger_coupling::{Frozen, Physics, Reply, SolveError, Window};

@@ -1,6 +1,6 @@
 //! `[substrate]`: stress in the solid under a wall.
 
-use super::{Grid, Settings};
+use super::{Grid, Settings, tradeoff::TRADEOFF};
 use crate::{
     PhysicsKind, Surroundings,
     common::{Shape, Wall, walls::Motion},
@@ -98,6 +98,7 @@ pub static KIND: PhysicsKind = PhysicsKind {
     bodies: None,
     read: |table, surroundings| configured(read(table, surroundings)),
     advice: None,
+    tradeoff: Some(&TRADEOFF),
 };
 
 /// Reads the table.

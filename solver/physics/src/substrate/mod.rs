@@ -8,6 +8,7 @@ pub mod keys;
 mod point_load;
 mod samples;
 mod settings;
+mod tradeoff;
 
 use std::{collections::BTreeMap, sync::Arc};
 

@@ -8,6 +8,7 @@ use stagger_config::{
 
 use super::{
     Ambient, Conductance, Enthalpy, Material, Overshoot, PhaseChange, Phases, Settings, Solver, Start, advice::ADVISOR,
+    tradeoff::TRADEOFF,
 };
 use crate::{
     PhysicsKind, Surroundings,
@@ -133,6 +134,7 @@ pub static KIND: PhysicsKind = PhysicsKind {
     bodies: None,
     read: |table, surroundings| configured(Some(read(table, surroundings))),
     advice: Some(&ADVISOR),
+    tradeoff: Some(&TRADEOFF),
 };
 
 /// Reads the table.

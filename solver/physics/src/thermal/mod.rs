@@ -12,6 +12,7 @@ mod overshoot;
 mod particles;
 mod presence;
 mod settings;
+mod tradeoff;
 mod trapezoidal;
 
 use stagger_coupling::{Frozen, NotConverged, Physics, Reply, SolveError, Window};

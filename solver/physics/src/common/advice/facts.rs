@@ -1,9 +1,6 @@
 //! What advice rests on: a scene, and what its physics tell of it.
 
-use std::{
-    any::Any,
-    collections::{BTreeMap, BTreeSet},
-};
+use std::collections::{BTreeMap, BTreeSet};
 
 use stagger_config::Value;
 use stagger_coupling::Settings as CouplingSettings;
@@ -12,27 +9,10 @@ use super::{
     Edit, Effect, Quantity,
     told::{BeamFacts, BodyFacts, HeatFacts, LightFacts},
 };
-use crate::common::{Partner, Wall, conductance};
+use crate::common::{Partner, Tables, Wall, conductance};
 
 /// A peak may change by so many times what the mean may, for the temperature to count as unchanged.
 const PEAK_OVER_MEAN: f64 = 10.0;
-
-/// The settings of a scene's physics by their tables: those of its own tables first, then those of single nodes.
-#[derive(Default)]
-pub struct Tables<'s>(pub Vec<(String, &'s dyn Any)>);
-
-impl<'s> Tables<'s> {
-    /// All settings of a type, with the table that each is of: `NAME`, or `nodes.NAME` of a node's own.
-    pub fn each<S: 'static>(&self) -> impl Iterator<Item = (&str, &'s S)> {
-        self.0.iter().filter_map(|(table, settings)| Some((table.as_str(), settings.downcast_ref()?)))
-    }
-
-    /// The settings of a type that a table of the scene has, not those of a single node.
-    #[must_use]
-    pub fn main<S: 'static>(&self) -> Option<&'s S> {
-        self.each().find(|(table, _)| !table.contains('.')).map(|(_, settings)| settings)
-    }
-}
 
 /// What advice rests on.
 pub struct Facts<'s> {

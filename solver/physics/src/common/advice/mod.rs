@@ -13,7 +13,7 @@ use serde::Serialize;
 use stagger_coupling::SolveError;
 
 pub use self::{
-    facts::{Facts, Tables},
+    facts::Facts,
     moving_spot::MOVING_SPOT,
     told::{BeamFacts, Body, BodyFacts, HeatFacts, LightFacts, Room},
 };

@@ -24,6 +24,7 @@ use super::{
     advice::ADVISOR,
     model::ports::VAPOURISED,
     settings::{Group, Integrator, LeverArm, Pour, Settings, Start},
+    tradeoff::TRADEOFF,
 };
 use crate::{
     PhysicsKind, Surroundings,
@@ -181,6 +182,7 @@ pub static KIND: PhysicsKind = PhysicsKind {
     bodies: Some(bodies),
     read: |table, surroundings| configured(read(table, surroundings)),
     advice: Some(&ADVISOR),
+    tradeoff: Some(&TRADEOFF),
 };
 
 /// What of the table was read before the other physics, and concerns the motion alone.
