@@ -39,6 +39,7 @@ pub mod built_in;
 mod coupling;
 mod in_process;
 mod nodes;
+mod participants;
 mod recovery;
 
 use std::{
@@ -67,6 +68,7 @@ use stagger_physics::{
 
 use built_in::BUILT_IN;
 pub use in_process::{Run, RunError, Step, run_in_process};
+pub use participants::ParticipantError;
 
 /// Everything a run depends on. SI units.
 #[derive(Clone, Debug)]
@@ -275,12 +277,6 @@ impl Scene {
     pub fn settings_of(&self, node: &str, kind: &str) -> Option<&Arc<dyn Configured>> {
         let own = self.nodes.get(node).and_then(|settings| settings.own.as_ref());
         own.or_else(|| self.physics.get(kind))
-    }
-
-    /// The settings that nodes have of their own of a physics, by the node's name.
-    pub fn own_settings<S: Settings>(&self) -> impl Iterator<Item = (&str, &S)> {
-        let nodes = self.nodes.iter().filter_map(|(name, node)| Some((name.as_str(), node.own.as_ref()?)));
-        nodes.filter_map(|(name, own)| Some((name, own.as_any().downcast_ref()?)))
     }
 
     /// The settings of all physics, for those that know their types.

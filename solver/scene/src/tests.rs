@@ -346,8 +346,9 @@ fn every_value_of_a_scene_reaches_its_setting() {
     assert_eq!(coupling.every, BTreeMap::from([("heat".to_owned(), 2), ("second".to_owned(), 5)]));
     let recovery = RecoverySettings { checkpoint_steps: 20, restarts: 7, hang_s: 60.0, start_s: 5.0 };
     assert_eq!(scene.recovery, recovery);
-    let (_, second) =
-        scene.own_settings::<stagger_physics::optics::Settings>().find(|(node, _)| *node == "second").unwrap();
+    let tables = scene.tables();
+    let mut lasers = tables.each::<stagger_physics::optics::Settings>();
+    let (_, second) = lasers.find(|(table, _)| *table == "nodes.second").unwrap();
     assert_eq!((second.beam.power_w, second.count), (10.0, 17));
     assert_eq!(second.beam.profile, Profile::Gaussian { radius_m: 2e-5 });
 }
@@ -469,9 +470,9 @@ fn a_physics_may_run_twice_and_a_laser_with_settings_of_its_own() {
     let second = [("nodes.right", &*format!("{{ physics = \"optics\", optics = {laser} }}")), sequence];
     let scene = parse(SHORT, &second);
     assert_eq!(scene.settings::<stagger_physics::optics::Settings>().unwrap().clone().beam.power_w, 40.0);
-    let own: Vec<_> =
-        scene.own_settings::<stagger_physics::optics::Settings>().map(|(node, own)| (node, own.beam.power_w)).collect();
-    assert_eq!(own, [("right", 1.0)]);
+    let tables = scene.tables();
+    let all = tables.each::<stagger_physics::optics::Settings>().map(|(table, own)| (table, own.beam.power_w));
+    assert_eq!(all.collect::<Vec<_>>(), [("optics", 40.0), ("nodes.right", 1.0)]);
     // It is enough of a laser for its field to have a tolerance.
     let alone = SHORT.split("[optics]").next().unwrap().to_owned() + "[coupling]\ndt = \"1 us\"\n";
     let tolerance = ("coupling.tolerance", "{ absorbed_power = 1e-3 }");
