@@ -27,5 +27,8 @@ pub use over_temperature::Table;
 pub use tables::Tables;
 pub use walls::{Shape, Wall};
 
+/// The support with a row for each particle, on which fields of several physics stand.
+pub const PARTICLES: &str = "particles";
+
 /// A vector in space.
 pub(crate) type Vec3 = nalgebra::Vector3<f64>;

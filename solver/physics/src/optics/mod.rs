@@ -19,6 +19,7 @@ pub use settings::*;
 use stagger_messages::{Energy, Field, Fields, Measure, Port, Ports, Support};
 
 use crate::common::{
+    PARTICLES,
     beam::{AtInstant, Frame, ends},
     checks::{energy_j, field, positive, radii, setting, values},
     rays::{Outcome, POINTS, SHOWN},
@@ -114,7 +115,7 @@ impl Optics {
         let frame = Frame::new(settings.beam.direction);
         let paths = || Arc::new(Port::f64("ray_paths", "m", "rays", 3 * POINTS as u32, Measure::None));
         let written = Written {
-            absorbed_power: Arc::new(Port::f64("absorbed_power", "W", "particles", 1, Measure::Magnitude)),
+            absorbed_power: Arc::new(Port::f64("absorbed_power", "W", PARTICLES, 1, Measure::Magnitude)),
             beam_spot: Arc::new(Port::f64("beam_spot", "m", "beam", 3, Measure::None)),
             beam_radius: Arc::new(Port::f64("beam_radius", "m", "beam", 1, Measure::None)),
             beam_power: Arc::new(Port::f64("beam_power", "W", "beam", 1, Measure::None)),

@@ -1,13 +1,15 @@
 //! Settings of the absorption of a laser.
 
 use super::Optics;
-use crate::common::rays::POINTS;
 use serde::Serialize;
 use stagger_coupling::SolveError;
 use stagger_messages::{Geometry, Measure, Port, Ports};
 
 pub use crate::common::beam::{Beam, Path, Profile, Pulses};
-use crate::common::rays::{RefractiveIndex, Sampling};
+use crate::common::{
+    PARTICLES,
+    rays::{POINTS, RefractiveIndex, Sampling},
+};
 
 /// Everything the absorption of the laser depends on. SI units.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -80,15 +82,15 @@ impl crate::Settings for Settings {
     fn ports(&self) -> Ports {
         let of = |name, unit, support, components, measure| Port::f64(name, unit, support, components, measure);
         let mut reads =
-            vec![of("positions", "m", "particles", 3, Measure::None), of("radii", "m", "particles", 1, Measure::None)];
+            vec![of("positions", "m", PARTICLES, 3, Measure::None), of("radii", "m", PARTICLES, 1, Measure::None)];
         let traced = matches!(self.model, Model::Rays { .. });
         if matches!(&self.model, Model::Rays { surface, .. } if surface.molten.is_some()) {
-            reads.push(of("melted", "1", "particles", 1, Measure::None));
-            reads.push(Port::u32("ids", "particles", 1).as_optional());
+            reads.push(of("melted", "1", PARTICLES, 1, Measure::None));
+            reads.push(Port::u32("ids", PARTICLES, 1).as_optional());
         }
-        reads.extend(self.reads_material().then(|| Port::u32("material", "particles", 1)));
+        reads.extend(self.reads_material().then(|| Port::u32("material", PARTICLES, 1)));
         let mut writes = vec![
-            of("absorbed_power", "W", "particles", 1, Measure::Magnitude),
+            of("absorbed_power", "W", PARTICLES, 1, Measure::Magnitude),
             of("beam_spot", "m", "beam", 3, Measure::None),
             of("beam_radius", "m", "beam", 1, Measure::None),
             of("beam_power", "W", "beam", 1, Measure::None),

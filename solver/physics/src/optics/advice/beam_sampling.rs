@@ -2,7 +2,7 @@
 
 use stagger_coupling::math;
 
-use super::lasers;
+use super::light::lasers;
 use crate::{
     common::advice::{Advice, Edit, Facts, Number, Verdict},
     optics::{beer_lambert::Lines, settings::Model},

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use stagger_coupling::Window;
 
-use super::{Laser, lasers};
+use super::light::{Laser, lasers};
 use crate::{
     common::advice::{Advice, Body, Facts, Number, Verdict},
     optics::settings::Model,

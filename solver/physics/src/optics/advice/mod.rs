@@ -3,23 +3,16 @@
 mod beam_sampling;
 mod boiling_step;
 mod laser;
+mod light;
 mod optical_depth;
 mod size_parameter;
 
-use std::f64::consts::PI;
-
-use stagger_coupling::{SolveError, Window, math};
-
-pub use self::{optical_depth::absorbed_share, size_parameter::edge_share};
-use super::settings::{Model, Path, Settings};
-use crate::common::{
-    Vec3,
-    advice::{Advisor, BeamFacts, Body, Facts, LightFacts, MOVING_SPOT},
-};
+pub use self::{light::absorbed_share, size_parameter::edge_share};
+use crate::common::advice::{Advisor, MOVING_SPOT};
 
 /// What lasers contribute to advice.
 pub static ADVISOR: Advisor = Advisor {
-    tell,
+    tell: light::tell,
     numbers: &[
         &laser::LASER,
         &boiling_step::BOILING_STEP,
@@ -29,106 +22,3 @@ pub static ADVISOR: Advisor = Advisor {
         &size_parameter::SIZE_PARAMETER,
     ],
 };
-
-/// A laser of the scene.
-struct Laser<'f> {
-    settings: &'f Settings,
-    /// What was told of it.
-    light: &'f LightFacts,
-}
-
-/// The lasers of the scene.
-fn lasers<'f>(facts: &'f Facts<'_>) -> impl Iterator<Item = Laser<'f>> {
-    facts.tables.each::<Settings>().filter_map(|(table, settings)| {
-        let light = facts.lights.iter().find(|light| light.table == table)?;
-        Some(Laser { settings, light })
-    })
-}
-
-/// Tells what each laser sends, and how much of it particles may take.
-fn tell(facts: &mut Facts<'_>) -> Result<(), SolveError> {
-    let (duration_s, mass_kg) = (facts.duration_s, facts.bodies.mass_kg());
-    for (table, settings) in facts.tables.each::<Settings>() {
-        let beam = &settings.beam;
-        let energy_j = beam.mean_power_w(Window { t_s: 0.0, dt_s: duration_s }) * duration_s;
-        let shares: Vec<f64> = facts.bodies.each.iter().map(|body| share_of(settings.model, body)).collect();
-        let peak_j_kg = match settings.model {
-            Model::EnergyBalance => energy_j / mass_kg,
-            _ => {
-                let fluence_j_m2 = fluence_j_m2(settings, energy_j, duration_s);
-                let of = |(body, share): (&Body, &f64)| {
-                    fluence_j_m2 * share * PI * math::powi(body.radius_m, 2) / body.mass_kg
-                };
-                facts.bodies.each.iter().zip(&shares).map(of).fold(0.0, f64::max)
-            }
-        };
-        facts.lights.push(LightFacts {
-            table: table.to_owned(),
-            energy_j,
-            peak_j_kg,
-            starts_s: beam.starts_s,
-            ends_s: beam.ends_s,
-            dwell_s: dwell_s(settings, energy_j),
-            pulse_s: beam.pulses.map_or(f64::INFINITY, |pulses| pulses.on_s),
-            middle_w_m2: beam.power_w * beam.profile.irradiance_1_m2(0.0),
-            shares,
-        });
-        if energy_j > 0.0 {
-            facts.beams.push(BeamFacts {
-                table: table.to_owned(),
-                radius_m: beam.profile.quantile_m(0.5),
-                path: &beam.path,
-                starts_s: beam.starts_s,
-                ends_s: beam.ends_s,
-                pulses: beam.pulses,
-            });
-        }
-    }
-    Ok(())
-}
-
-/// Most light that falls on a place over the run, in J/m²: the irradiance at points along the path, summed over instants.
-fn fluence_j_m2(settings: &Settings, energy_j: f64, duration_s: f64) -> f64 {
-    let beam = &settings.beam;
-    let Path::Sweep { from_m, to_m, speed_m_s } = beam.path else {
-        return energy_j * beam.profile.irradiance_1_m2(0.0);
-    };
-    let lit_s = (beam.ends_s.min(duration_s) - beam.starts_s).max(0.0);
-    let length_m = (Vec3::from(to_m) - Vec3::from(from_m)).norm();
-    // Steps of a tenth of the beam, so that the sum is an integral to some 1e-3; a bounded number for endless sweeps.
-    let steps = (10.0 * speed_m_s * lit_s / beam.profile.radius_m()).clamp(100.0, 20_000.0) as usize;
-    let spots: Vec<Vec3> =
-        (0..steps).map(|k| beam.spot_m(beam.starts_s + lit_s * (k as f64 + 0.5) / steps as f64)).collect();
-    let points = (10.0 * length_m / beam.profile.radius_m()).clamp(8.0, 64.0) as usize;
-    let at = |k: usize| {
-        let place = Vec3::from(from_m) + (Vec3::from(to_m) - Vec3::from(from_m)) * (k as f64 / points as f64);
-        spots.iter().map(|spot| beam.profile.irradiance_1_m2((place - spot).norm())).sum::<f64>() / steps as f64
-    };
-    energy_j * (0..=points).map(at).fold(0.0, f64::max)
-}
-
-/// Bound of the share of the light meeting a particle's cross-section that it takes.
-///
-/// Lines at a quarter of the radius sample a circle's area within 8 %; light that neighbours reflect at most doubles what
-/// falls on one.
-fn share_of(model: Model, body: &Body) -> f64 {
-    match model {
-        Model::EnergyBalance => 0.0,
-        Model::BeerLambert { absorption_1_m, spacing_m } => {
-            let sampling = 1.0 + 0.32 * spacing_m / body.radius_m;
-            absorbed_share(absorption_1_m * body.radius_m) * sampling
-        }
-        Model::BeerLambertMonograph { absorption_1_m } => 4.0 / 3.0 * absorption_1_m * body.radius_m,
-        Model::Rays { .. } => 2.0,
-    }
-}
-
-/// How long the beam lights a place it passes, in s: its width over its speed, or all its time.
-fn dwell_s(settings: &Settings, energy_j: f64) -> f64 {
-    let beam = &settings.beam;
-    let on_s = if beam.power_w > 0.0 { energy_j / beam.power_w } else { 0.0 };
-    match beam.path {
-        Path::Fixed { .. } => on_s,
-        Path::Sweep { speed_m_s, .. } => (2.0 * beam.profile.radius_m() / speed_m_s).min(on_s),
-    }
-}

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use stagger_coupling::math;
 
-use super::{Laser, lasers};
+use super::light::{Laser, absorbed_share, lasers};
 use crate::{
     common::{
         advice::{Advice, Edit, Effect, Facts, Number, Quantity, Verdict},
@@ -19,17 +19,6 @@ const POINTS: usize = 400;
 const TIMES: usize = 16;
 /// Rays on the largest particle's cross-section in the beam's middle that give its power within a third.
 const RAYS_ON_ONE: f64 = 10.0;
-
-/// Share of the light meeting a sphere's cross-section that is absorbed along its chords: 1 − (1 − (1 + 2s) e^{−2s})/(2s²)
-/// with s = a R (van de Hulst 1957, section 11.22, for rays that go straight).
-#[must_use]
-pub fn absorbed_share(s: f64) -> f64 {
-    if s < 1e-3 {
-        // 4s/3 − s²: the closed form loses its digits here.
-        return 4.0 / 3.0 * s - s * s;
-    }
-    1.0 - (1.0 - (1.0 + 2.0 * s) * math::exp(-2.0 * s)) / (2.0 * s * s)
-}
 
 /// The fidelity of each laser, from τ = Σ q π R²/A over the area A that the particles cover: it does not depend on how
 /// dense they lie. Light of the share e^{−τ} passes particles that are spread at random; a bed lets through less, a heap
@@ -160,22 +149,4 @@ fn beside(facts: &Facts<'_>, beam: &Beam) -> f64 {
         outside += points.iter().filter(out).count();
     }
     outside as f64 / (POINTS * TIMES) as f64
-}
-
-#[cfg(test)]
-mod tests {
-    use super::absorbed_share;
-
-    #[test]
-    fn the_share_is_the_mean_over_the_chords_at_every_absorption() {
-        for s in [1e-6, 9e-4, 1.1e-3, 0.25, 2.0, 40.0] {
-            // Chord 2 √(1 − u) at the squared distance u from the centre; the integrand has a root's end at u = 1, where the
-            // midpoint rule is good to n^(−3/2).
-            let n = 100_000;
-            let one = |k: usize| -(-2.0 * s * (1.0 - (k as f64 + 0.5) / n as f64).sqrt()).exp_m1();
-            let mean = (0..n).map(one).sum::<f64>() / n as f64;
-            // The closed form cancels to some 1e-10 where it begins.
-            assert!((absorbed_share(s) / mean - 1.0).abs() < 1e-6, "{s}: {} and {mean}", absorbed_share(s));
-        }
-    }
 }

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use stagger_coupling::math;
 
-use super::{Laser, lasers};
+use super::light::{Laser, lasers};
 use crate::{
     common::advice::{Advice, Facts, Number, Verdict},
     optics::settings::Model,

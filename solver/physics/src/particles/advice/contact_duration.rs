@@ -1,6 +1,6 @@
 //! Contact duration over the step that integrates it.
 
-use super::speed_m_s;
+use super::flight::speed_m_s;
 use crate::{
     common::advice::{Advice, Edit, Effect, Facts, Number, Quantity, Verdict},
     particles::settings::{Integrator, Settings},

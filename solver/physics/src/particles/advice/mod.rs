@@ -1,6 +1,7 @@
 //! Advice on the motion of the particles, and what they are to others' advice.
 
 mod contact_duration;
+mod flight;
 mod spin;
 mod stokes;
 
@@ -10,7 +11,6 @@ use stagger_coupling::{SolveError, math};
 
 pub use self::stokes::{drag_coefficient, drag_over_stokes, relaxation_s};
 use super::{
-    model::ports::PUSH,
     motion::expectation::{Expectation, expectation, steady_contact},
     settings::{Pour, Radius, Settings, Start},
     start,
@@ -20,6 +20,7 @@ use crate::common::{
     advice::{Advisor, Body, BodyFacts, Facts, Room},
     walls::Motion,
 };
+use flight::has_unknown_work;
 
 /// What the particles contribute to advice.
 pub static ADVISOR: Advisor =
@@ -76,27 +77,6 @@ fn press_n(facts: &Facts<'_>, settings: &Settings) -> Option<f64> {
         || settings.bonds.is_some();
     let push = facts.bodies.acceleration_m_s2 + 2.0 * facts.bodies.speed_m_s / facts.duration_s;
     (!other).then(|| facts.bodies.mass_kg() * push)
-}
-
-/// Whether forces act whose work is not known before the run.
-fn has_unknown_work(facts: &Facts<'_>, settings: &Settings) -> bool {
-    settings.fields.near_field.is_some() || settings.fields.magnetic.is_some() || facts.written.contains(PUSH)
-}
-
-/// Speed that no particle exceeds, in m/s; `None` where forces act whose work is not known before the run.
-fn speed_m_s(facts: &Facts<'_>, settings: &Settings) -> Option<f64> {
-    (!has_unknown_work(facts, settings)).then_some(facts.bodies.speed_m_s)
-}
-
-/// How long particles may move through the gas, in s: the run, or, where they fall onto something, twice the longest fall.
-fn flight_s(facts: &Facts<'_>, settings: &Settings) -> f64 {
-    let is_bounded = settings.fields.electromagnetic.is_none() && speed_m_s(facts, settings).is_some();
-    let acceleration = facts.bodies.acceleration_m_s2;
-    if is_bounded && !facts.walls.is_empty() && acceleration > 0.0 {
-        facts.duration_s.min(2.0 * facts.bodies.speed_m_s / acceleration)
-    } else {
-        facts.duration_s
-    }
 }
 
 /// What the dispensers pour, each as particles of its mean size.

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use stagger_coupling::math;
 
-use super::flight_s;
+use super::flight::flight_s;
 use crate::{
     common::advice::{Advice, Body, Edit, Effect, Facts, Number, Quantity, Verdict},
     particles::{

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use stagger_coupling::math;
 
-use super::{all, radiation::STEFAN_BOLTZMANN};
+use super::{heat::all, radiation::STEFAN_BOLTZMANN};
 use crate::{
     common::advice::{Advice, Body, Facts, HeatFacts, LightFacts, Number, Verdict},
     thermal::NODE,

@@ -1,6 +1,6 @@
 //! Fourier number over the run: whether anything's temperature changes at all.
 
-use super::{all, radiation::exchange_k};
+use super::{heat::all, radiation::exchange_k};
 use crate::{
     common::{
         Shape,

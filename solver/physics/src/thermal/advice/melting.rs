@@ -1,6 +1,6 @@
 //! Energy of the light and of the current over what melting begins at.
 
-use super::all;
+use super::heat::all;
 use crate::{
     common::advice::{Advice, Edit, Facts, Number, Verdict},
     thermal::settings::Enthalpy,

@@ -2,7 +2,7 @@
 
 use stagger_coupling::math;
 
-use super::all;
+use super::heat::all;
 use crate::{
     common::advice::{Advice, Body, Edit, Facts, HeatFacts, Number, Verdict},
     thermal::settings::{Ambient, Settings},
