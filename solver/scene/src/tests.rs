@@ -5,6 +5,7 @@
 
 use proptest::prelude::*;
 
+mod advice;
 mod current;
 mod pour;
 mod presets;

@@ -76,14 +76,13 @@ fn advise(facts: &Facts<'_>) -> Vec<Advice> {
         Some(_) if small => Verdict::Drop,
         Some(_) => Verdict::Keep,
         None if likely_k > facts.within * start_k => Verdict::Add,
-        None if small => Verdict::Suffices,
-        None => Verdict::Keep,
+        None => Verdict::Suffices,
     };
     let says = match (own, verdict) {
         (_, Verdict::Drop) => "what the surroundings take or give is next to nothing in this time".to_owned(),
         (Some(_), _) => "the surroundings take or give heat".to_owned(),
         (_, Verdict::Add) => format!("black particles of the mean temperature would radiate {likely_k:.1} K of it"),
-        (_, Verdict::Suffices) => "without surroundings: they would take next to nothing in this time".to_owned(),
+        _ if small => "without surroundings: they would take next to nothing in this time".to_owned(),
         _ => format!("left out as it is: black particles of the mean temperature would radiate {likely_k:.2} K of it"),
     };
     let meaning =
