@@ -1,11 +1,11 @@
-//! The folders of the physics: no physics takes from another one, and those of the particles stand upon one another.
+//! The folders of the physics: no physics takes from another one or is named outside its folder, and those of the particles stand upon one another.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
     path::Path,
 };
 
-use super::{code, files, root, shown};
+use super::{BESIDE, ORDER, code, files, root, shown};
 
 const PHYSICS: &str = "solver/physics/src";
 
@@ -55,7 +55,7 @@ fn spread<'t>(text: &'t str, prefix: &[String], found: &mut Vec<Vec<String>>) ->
 
 /// The module that a file under `src` is.
 fn module(src: &Path, file: &Path) -> Vec<String> {
-    let file = file.strip_prefix(src).unwrap().with_extension("");
+    let file = file.strip_prefix(src).unwrap_or(file).with_extension("");
     let mut module: Vec<String> = file.iter().map(|part| part.to_string_lossy().into_owned()).collect();
     module.pop_if(|last| *last == "mod" || *last == "lib");
     module
@@ -97,6 +97,60 @@ fn no_physics_takes_from_another() {
             }
         }
     }
+}
+
+/// Files that may say the name of a physics outside its folder, and why.
+const NAMES_ALLOWED: [(&str, &str); 7] = [
+    ("solver/physics/src/common/mod.rs", "the support that several physics share is called particles"),
+    ("solver/physics/src/common/keys/walls.rs", "a wall has a key `current`"),
+    ("solver/physics/src/common/keys/walls/shape.rs", "a cylinder has a key `particles`: inside or outside"),
+    (
+        "solver/physics/src/common/keys/beam.rs",
+        "the pages describe keys that beams share under the first table with a beam",
+    ),
+    ("solver/physics/src/common/keys/rays.rs", "so it is with rays"),
+    ("solver/config/src/units.rs", "a quantity is called current"),
+    ("messages/src/support.rs", "recordings of before supports were described are read by the names of then"),
+];
+
+/// Files that are to be emptied of names: they still show by name what recordings hold.
+const NAMES_TO_GO: [&str; 1] = ["recordings/view/src/layers.rs"];
+
+/// Whether a line of code has a literal that is the name, or begins with the name as the table of a key.
+fn says(line: &str, name: &str) -> bool {
+    let opened = format!("\"{name}");
+    line.match_indices(&opened).any(|(at, _)| {
+        let after = line[at + opened.len()..].chars().next();
+        !line[..at].ends_with('\\') && after.is_some_and(|after| after == '"' || after == '.')
+    })
+}
+
+#[test]
+fn no_physics_is_named_outside_its_folder() {
+    assert!(says("x(\"heat\")", "heat") && says("\"heat.phi\"", "heat"));
+    assert!(!says("\"heating\"", "heat") && !says("say(\"\\\"heat\\\"\")", "heat"));
+    let src = root().join(PHYSICS);
+    let entries = std::fs::read_dir(&src).unwrap().map(|entry| entry.unwrap().path()).filter(|path| path.is_dir());
+    let names: BTreeSet<String> = entries
+        .map(|path| path.file_name().unwrap().to_string_lossy().into_owned())
+        .filter(|name| name != "common")
+        .collect();
+    let mut found = BTreeSet::new();
+    for folder in ORDER.into_iter().chain([BESIDE]) {
+        for file in files(&root().join(folder).join("src"), &[".rs"]) {
+            let own = module(&src, &file).first().cloned().filter(|_| file.starts_with(&src));
+            let code = code(&file);
+            let lines = code.lines().filter(|line| !line.trim_start().starts_with("//"));
+            let mut named = lines.flat_map(|line| names.iter().filter(move |name| says(line, name)));
+            if named.any(|name| Some(name) != own.as_ref()) {
+                found.insert(shown(&file));
+            }
+        }
+    }
+    let exempt: BTreeSet<String> =
+        NAMES_ALLOWED.map(|(file, _)| file).into_iter().chain(NAMES_TO_GO).map(str::to_owned).collect();
+    // One that names none any more goes from the lists, too.
+    assert_eq!(found, exempt);
 }
 
 #[test]

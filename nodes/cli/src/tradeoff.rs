@@ -86,10 +86,10 @@ pub(super) fn tradeoff(arguments: TradeoffArguments, threads: Option<usize>) -> 
 
 /// The fields that the scene's physics advance.
 fn rows(scene: &Scene) -> Vec<Quantity> {
-    let ports: Vec<_> = scene.physics.values().flat_map(|settings| settings.ports().writes).collect();
-    let is_written = |field: &&str| ports.iter().any(|port| port.field == *field);
-    let advanced = ["positions", "velocities", "temperature"].into_iter().filter(is_written);
-    advanced.map(|field| Quantity::Each(field.into())).collect()
+    let written = scene.written();
+    let advanced =
+        tradeoff::axis::contributions().flat_map(|own| own.advances).filter(|field| written.contains(**field));
+    advanced.map(|field| Quantity::Each((*field).into())).collect()
 }
 
 fn ended(result: Result<Option<Result<(), End>>, Failed>) -> End {

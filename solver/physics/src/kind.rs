@@ -7,7 +7,10 @@ use stagger_config::{key::Section, reader::Table};
 use stagger_coupling::{Local, Participant, Physics, SolveError};
 use stagger_messages::Ports;
 
-use crate::common::{Bodies, OnSubstrate, SolidSurface, Wall, grid::CellGrid, keys::materials::Materials};
+use crate::common::{
+    Bodies, OnSubstrate, SolidSurface, Wall, advice::Advisor, grid::CellGrid, keys::materials::Materials,
+    tradeoff::Tradeoff,
+};
 
 /// One kind of physics, as its folder describes it; `built_in` of stagger-scene lists them.
 #[derive(Debug)]
@@ -28,6 +31,15 @@ pub struct PhysicsKind {
     pub bodies: Option<ReadBodies>,
     /// Reads its table; `None` only where a mistake was reported.
     pub read: fn(Table<'_>, &Surroundings<'_, '_>) -> Option<Arc<dyn Configured>>,
+    /// What it contributes to advice on scenes; `None` contributes nothing.
+    pub advice: Option<&'static Advisor>,
+    /// What it contributes to trade-offs between speed and accuracy; `None` contributes nothing.
+    pub tradeoff: Option<&'static Tradeoff>,
+}
+
+/// Settings as a scene holds those of any physics; none where a mistake was reported.
+pub fn configured<S: Settings>(settings: Option<S>) -> Option<Arc<dyn Configured>> {
+    settings.map(|settings| Arc::new(settings) as Arc<dyn Configured>)
 }
 
 /// Reads what the bodies of a scene are; without a table there are none.

@@ -14,4 +14,4 @@ pub mod solid;
 pub mod substrate;
 pub mod thermal;
 
-pub use kind::{Configured, PhysicsKind, ReadBodies, Settings, Surroundings};
+pub use kind::{Configured, PhysicsKind, ReadBodies, Settings, Surroundings, configured};

@@ -3,27 +3,19 @@
 use std::{collections::BTreeMap, ops::ControlFlow};
 
 use stagger_coupling::{
-    CouplingController, End, Ensemble, InProcess, InProcessError, Ledger, Listener, Outcome, Participant, PlanError,
-    SolveError, Task, measured, plan, run_loop,
+    CouplingController, End, Ensemble, InProcess, InProcessError, Ledger, Listener, Outcome, PlanError, Task, measured,
+    plan, run_loop,
 };
 use stagger_messages::{Decision, Field, Fields, Plan, Ready, Source, Verdict, Version};
 
-use crate::Scene;
+use crate::{ParticipantError, Scene};
 
 /// Why a scene cannot be run in this process.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
-    /// A node that is a program of its own, which only `stagger run` starts.
-    #[error("node `{0}` is a command: `stagger run` starts it as a process of its own")]
-    Command(String),
-    /// A physics that cannot be built.
-    #[error("node `{node}`: {source}")]
-    Settings {
-        /// The node.
-        node: String,
-        /// What is wrong.
-        source: SolveError,
-    },
+    /// A node that is a command, or cannot be built.
+    #[error(transparent)]
+    Participant(#[from] ParticipantError),
     /// The physics do not fit together.
     #[error(transparent)]
     Plan(#[from] PlanError),
@@ -64,26 +56,6 @@ pub struct Run {
     pub t_s: f64,
     /// Whether that is the scene's duration.
     pub completed: bool,
-}
-
-impl Scene {
-    /// The participant behind each node that runs a built-in physics.
-    ///
-    /// # Errors
-    /// A node is a command, or its settings are not accepted.
-    pub fn participants(&self) -> Result<BTreeMap<String, Box<dyn Participant>>, RunError> {
-        if let Some((name, _)) = self.nodes.iter().find(|(_, node)| node.command.is_some()) {
-            return Err(RunError::Command(name.clone()));
-        }
-        let mut participants = BTreeMap::new();
-        for (node, kind) in self.built_in_nodes() {
-            let Some(settings) = self.settings_of(&node, kind.name) else { continue };
-            let made = settings.participant(&node);
-            let made = made.map_err(|source| RunError::Settings { node: node.clone(), source })?;
-            participants.insert(node, made);
-        }
-        Ok(participants)
-    }
 }
 
 /// Runs a scene to its end, or until `on_step`, which is shown each accepted step, breaks off.

@@ -39,6 +39,7 @@ pub mod built_in;
 mod coupling;
 mod in_process;
 mod nodes;
+mod participants;
 mod recovery;
 
 use std::{
@@ -60,13 +61,14 @@ use stagger_messages::Measure;
 use stagger_physics::{
     Configured, PhysicsKind, Settings, Surroundings,
     common::{
-        Wall,
+        Tables, Wall,
         keys::{grids, materials, walls},
     },
 };
 
 use built_in::BUILT_IN;
 pub use in_process::{Run, RunError, Step, run_in_process};
+pub use participants::ParticipantError;
 
 /// Everything a run depends on. SI units.
 #[derive(Clone, Debug)]
@@ -279,10 +281,20 @@ impl Scene {
         own.or_else(|| self.physics.get(kind))
     }
 
-    /// The settings that nodes have of their own of a physics, by the node's name.
-    pub fn own_settings<S: Settings>(&self) -> impl Iterator<Item = (&str, &S)> {
-        let nodes = self.nodes.iter().filter_map(|(name, node)| Some((name.as_str(), node.own.as_ref()?)));
-        nodes.filter_map(|(name, own)| Some((name, own.as_any().downcast_ref()?)))
+    /// The settings of all physics, for those that know their types.
+    #[must_use]
+    pub fn tables(&self) -> Tables<'_> {
+        let own = self.nodes.iter().filter_map(|(name, node)| Some((format!("nodes.{name}"), node.own.as_ref()?)));
+        let all = self.physics.iter().map(|(name, settings)| ((*name).to_owned(), settings)).chain(own);
+        Tables(all.map(|(table, settings)| (table, settings.as_any())).collect())
+    }
+
+    /// The fields that built-in physics of the scene write.
+    #[must_use]
+    pub fn written(&self) -> BTreeSet<String> {
+        let own = self.nodes.values().filter_map(|node| node.own.as_ref());
+        let ports = self.physics.values().chain(own).map(|settings| settings.ports());
+        ports.flat_map(|ports| ports.writes).map(|port| port.field).collect()
     }
 
     /// The built-in physics that nodes run, by the node's name: each table under its own name, unless a `[nodes]` table

@@ -5,6 +5,7 @@
 
 use proptest::prelude::*;
 
+mod advice;
 mod current;
 mod pour;
 mod presets;
@@ -231,6 +232,12 @@ fn parse(text: &str, overrides: &[(&str, &str)]) -> Scene {
     Scene::parse_with_files(text, "x.toml", &overrides, &read_file).unwrap_or_else(|problems| panic!("{problems}"))
 }
 
+/// Whether the particles read a field that another physics of the scene writes.
+fn particles_read(scene: &Scene, field: &str) -> bool {
+    let reads = scene.physics["particles"].ports().reads;
+    scene.written().contains(field) && reads.iter().any(|port| port.field == field)
+}
+
 #[test]
 fn every_value_of_a_scene_reaches_its_setting() {
     let scene = parse(FULL, &[]);
@@ -296,7 +303,7 @@ fn every_value_of_a_scene_reaches_its_setting() {
     let magnetic =
         Magnetic { magnetisability_a2_n: 1e6, source, presence: Presence { ends_s: 7.0, ..Presence::default() } };
     assert_eq!(fields.magnetic, Some(magnetic));
-    assert!(particles.reads_temperature);
+    assert!(particles_read(&scene, "temperature"));
 
     // Walls keep the order of the file, which is not that of their names; normals are unit vectors.
     let names: Vec<&str> = scene.walls.iter().map(|wall| wall.name.as_str()).collect();
@@ -340,8 +347,9 @@ fn every_value_of_a_scene_reaches_its_setting() {
     assert_eq!(coupling.every, BTreeMap::from([("heat".to_owned(), 2), ("second".to_owned(), 5)]));
     let recovery = RecoverySettings { checkpoint_steps: 20, restarts: 7, hang_s: 60.0, start_s: 5.0 };
     assert_eq!(scene.recovery, recovery);
-    let (_, second) =
-        scene.own_settings::<stagger_physics::optics::Settings>().find(|(node, _)| *node == "second").unwrap();
+    let tables = scene.tables();
+    let mut lasers = tables.each::<stagger_physics::optics::Settings>();
+    let (_, second) = lasers.find(|(table, _)| *table == "nodes.second").unwrap();
     assert_eq!((second.beam.power_w, second.count), (10.0, 17));
     assert_eq!(second.beam.profile, Profile::Gaussian { radius_m: 2e-5 });
 }
@@ -407,7 +415,7 @@ fn defaults_are_those_of_the_reference_and_are_shown() {
     assert_eq!(region.bounds().0, [-5e-4, -5e-4, 0.0]);
     assert_eq!((particles.gravity_m_s2, particles.spin), ([0.0, 0.0, -9.81], false));
     assert_eq!(particles.fields, FieldForces::default());
-    assert!(!particles.reads_temperature && particles.friction.is_none() && particles.drag.is_none());
+    assert!(!particles_read(&scene, "temperature") && particles.friction.is_none() && particles.drag.is_none());
     assert_eq!(
         scene.settings::<stagger_physics::optics::Settings>().unwrap().clone().model,
         Model::BeerLambert { absorption_1_m: 5e7, spacing_m: 2.5e-5 / 4.0 }
@@ -441,14 +449,8 @@ fn particles_of_which_nothing_else_is_said_are_those_of_the_solver() {
 #[test]
 fn a_physics_that_is_not_named_does_not_run_and_nobody_reads_it() {
     let cold = SHORT.replace("[thermal]\n", "").replace("count = 10\n", "count = 10\ncontact.softening.rate = 1\n");
-    assert!(!parse(&cold, &[]).settings::<stagger_physics::particles::Settings>().unwrap().clone().reads_temperature);
-    assert!(
-        parse(&cold, &[("thermal.phi", "0.5")])
-            .settings::<stagger_physics::particles::Settings>()
-            .unwrap()
-            .clone()
-            .reads_temperature
-    );
+    assert!(!particles_read(&parse(&cold, &[]), "temperature"));
+    assert!(particles_read(&parse(&cold, &[("thermal.phi", "0.5")]), "temperature"));
     let scene = parse("duration = 1\n[coupling]\ndt = 1", &[]);
     assert!(scene.physics.is_empty());
     // Light is read where somebody writes it, whoever that is.
@@ -469,9 +471,9 @@ fn a_physics_may_run_twice_and_a_laser_with_settings_of_its_own() {
     let second = [("nodes.right", &*format!("{{ physics = \"optics\", optics = {laser} }}")), sequence];
     let scene = parse(SHORT, &second);
     assert_eq!(scene.settings::<stagger_physics::optics::Settings>().unwrap().clone().beam.power_w, 40.0);
-    let own: Vec<_> =
-        scene.own_settings::<stagger_physics::optics::Settings>().map(|(node, own)| (node, own.beam.power_w)).collect();
-    assert_eq!(own, [("right", 1.0)]);
+    let tables = scene.tables();
+    let all = tables.each::<stagger_physics::optics::Settings>().map(|(table, own)| (table, own.beam.power_w));
+    assert_eq!(all.collect::<Vec<_>>(), [("optics", 40.0), ("nodes.right", 1.0)]);
     // It is enough of a laser for its field to have a tolerance.
     let alone = SHORT.split("[optics]").next().unwrap().to_owned() + "[coupling]\ndt = \"1 us\"\n";
     let tolerance = ("coupling.tolerance", "{ absorbed_power = 1e-3 }");

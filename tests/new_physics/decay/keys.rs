@@ -1,7 +1,5 @@
 //! `[decay]`: a scalar that decays.
 
-use std::sync::Arc;
-
 use stagger_config::{
     key::{Key, Kind, Range, Section},
     reader::Table,
@@ -9,7 +7,7 @@ use stagger_config::{
 };
 
 use super::Settings;
-use crate::{Configured, PhysicsKind};
+use crate::{PhysicsKind, configured};
 
 static HALF_LIFE: Key =
     Key::new("half-life", Kind::Number(&TIME, Range::POSITIVE), "Time in which half of it is gone.");
@@ -32,7 +30,9 @@ pub static KIND: PhysicsKind = PhysicsKind {
     section: &SECTION,
     rank: 6,
     bodies: None,
-    read: |table, _| Some(Arc::new(read(table)) as Arc<dyn Configured>),
+    read: |table, _| configured(Some(read(table))),
+    advice: None,
+    tradeoff: None,
 };
 
 fn read(table: Table<'_>) -> Settings {

@@ -81,7 +81,6 @@ fn the_ledger_closes_at_second_order() {
     let imbalance = |count: usize| {
         let spheres = [([0.0, 0.0, 0.0499], [0.3, 0.2, -1.0], 0.05), ([0.07, 0.0, 0.1149], [-0.8, 0.0, -1.0], 0.05)];
         let mut settings = settings(OVERLAP, 2000.0, &spheres);
-        settings.reads_temperature = true;
         settings.contact.softening_rate = 1.0;
         settings.contact.damping_n_s_m3 = 5e4;
         settings.friction =
@@ -123,7 +122,6 @@ fn a_held_temperature_is_booked_as_softening_at_once() {
     // Two resting spheres pressed into each other; the frozen temperature jumps from 300 K to a held 600 K.
     let spheres = [([0.0; 3], [0.0; 3], 1.0), ([1.9, 0.0, 0.0], [0.0; 3], 1.0)];
     let mut settings = settings(OVERLAP, 2000.0, &spheres);
-    settings.reads_temperature = true;
     settings.contact.softening_rate = 1.0;
     settings.integrator = Integrator::Verlet { substep_s: Some(1e-7) };
     let particles = Particles::new(settings).unwrap();
@@ -139,7 +137,7 @@ fn a_held_temperature_is_booked_as_softening_at_once() {
 fn held_particles_stay_where_they_are_while_their_contacts_soften() {
     let spheres = [([0.0; 3], [0.1, 0.0, 0.0], 1e-3), ([1.9e-3, 0.0, 0.0], [0.0; 3], 1e-3)];
     let mut settings = settings(OVERLAP, 1000.0, &spheres);
-    (settings.contact.softening_rate, settings.reads_temperature) = (1.0, true);
+    settings.contact.softening_rate = 1.0;
     settings.integrator = Integrator::Held;
     let particles = Particles::new(settings.clone()).unwrap();
     let (state, first) = particles.initial().unwrap();

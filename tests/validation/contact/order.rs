@@ -15,7 +15,6 @@ const LAWS: [ContactLaw; 3] =
 fn sphere(law: ContactLaw, coefficient: f64, gravity_m_s2: [f64; 3], velocity: [f64; 3], substep_s: f64) -> Settings {
     let mut settings = settings(law, 2000.0, &[([0.0, 0.0, 0.999 * RADIUS], velocity, RADIUS)]);
     settings.walls = vec![floor()];
-    settings.reads_temperature = true;
     settings.contact.softening_rate = 1.0;
     settings.contact.restitution = Some(0.8);
     settings.contact.damping_n_s_m3 = 5e4;

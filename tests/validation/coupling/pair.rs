@@ -32,7 +32,6 @@ fn members(integrator: Integrator, phi: f64) -> BTreeMap<String, Box<dyn Partici
     let motion = Motion {
         seed: 0,
         temperature_k: START[4],
-        reads_temperature: true,
         contact: Contact {
             softening_rate: SOFTENING.0,
             softening_reference_k: SOFTENING.1,

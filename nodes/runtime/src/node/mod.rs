@@ -11,13 +11,10 @@ use std::{
 
 use stagger_coupling::Participant;
 use stagger_messages::keys;
-use stagger_scene::Scene;
+use stagger_scene::{ParticipantError, Scene};
 
 use crate::{
-    launch::{
-        roster::{RosterError, participant},
-        watchdog,
-    },
+    launch::watchdog,
     link::{Link, LinkError, Role},
     node::{
         host::{Event, Host, HostError, Identity, NodeEnd},
@@ -52,7 +49,7 @@ pub struct Options {
 pub enum NodeError {
     /// It cannot be built.
     #[error(transparent)]
-    Roster(#[from] RosterError),
+    Participant(#[from] ParticipantError),
     /// Its recording cannot be replayed.
     #[error(transparent)]
     Replayed(#[from] ReplayedError),
@@ -86,7 +83,7 @@ pub fn told(end: Result<NodeEnd, NodeError>, node: &str, child: bool) -> Result<
 pub fn run(scene: &Scene, options: &Options) -> Result<NodeEnd, NodeError> {
     let participant = match &options.replayed {
         Some(file) => Box::new(Replayed::open(file, &options.name)?),
-        None => participant(scene, &options.name, &options.kind)?,
+        None => scene.participant(&options.name, &options.kind)?,
     };
     let identity = Identity { run: options.run.clone(), node: options.name.clone(), scene_hash: scene.hash };
     take_part(participant, identity, &options.connect, options.config.as_deref())

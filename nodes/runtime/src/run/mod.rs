@@ -22,7 +22,7 @@ use std::{
 use stagger_coupling::{COORDINATOR, End, Participant};
 use stagger_messages::{Checkpoint, keys};
 use stagger_recordings::{RecordingError, RunInfo};
-use stagger_scene::Scene;
+use stagger_scene::{ParticipantError, Scene};
 
 use crate::{
     coordinator::{
@@ -32,7 +32,7 @@ use crate::{
     diagnostics,
     launch::{
         Common, Launcher,
-        roster::{RosterError, Runs, participant, roster},
+        roster::{Runs, roster},
     },
     link::{
         Link, LinkError, Role, Sample,
@@ -99,7 +99,7 @@ pub enum Failed {
     Recording(#[from] RecordingError),
     /// A node that cannot be built.
     #[error(transparent)]
-    Roster(#[from] RosterError),
+    Participant(#[from] ParticipantError),
     /// A recorded node that cannot stand in.
     #[error(transparent)]
     Replayed(#[from] ReplayedError),
@@ -255,9 +255,9 @@ fn start_nodes(
     if options.in_process {
         for (node, runs) in nodes {
             let participant = match runs {
-                Runs::Physics(kind) => participant(scene, node, kind)?,
+                Runs::Physics(kind) => scene.participant(node, kind)?,
                 Runs::Recorded(file) => Box::new(Replayed::open(file, node)?),
-                Runs::Command(_) => return Err(RosterError::Kind(format!("{node} (a command, in one process)")).into()),
+                Runs::Command(_) => return Err(ParticipantError::Command(node.clone()).into()),
             };
             participants.insert(node.clone(), participant);
         }

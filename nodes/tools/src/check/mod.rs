@@ -8,7 +8,7 @@ use stagger_runtime::{
     coordinator::{self, Remote},
     launch::{
         Common, Launcher,
-        roster::{RosterError, Runs, roster},
+        roster::{Runs, roster},
     },
     link::{Link, Role, endpoint::Endpoint},
     run::{Failed, scene_files::SceneFile},
@@ -23,7 +23,7 @@ use std::{
 
 use stagger_coupling::{Ensemble as _, PlanError};
 use stagger_messages::{Plan, Ports};
-use stagger_scene::Scene;
+use stagger_scene::{ParticipantError, Scene};
 
 use crate::check::graph::{Format, Graph};
 
@@ -35,7 +35,7 @@ const PATIENCE: Duration = Duration::from_secs(30);
 pub enum CheckError {
     /// A node cannot be built.
     #[error(transparent)]
-    Roster(#[from] RosterError),
+    Participant(#[from] ParticipantError),
     /// The nodes do not fit together.
     #[error(transparent)]
     Plan(#[from] PlanError),
@@ -54,7 +54,7 @@ impl From<Failed> for CheckError {
 ///
 /// # Errors
 /// A node cannot be built.
-pub fn ports(scene: &Scene) -> Result<(BTreeMap<String, Ports>, Vec<String>), RosterError> {
+pub fn ports(scene: &Scene) -> Result<(BTreeMap<String, Ports>, Vec<String>), ParticipantError> {
     let mut ports = BTreeMap::new();
     let mut commands = Vec::new();
     for (node, runs) in roster(scene) {
@@ -64,7 +64,7 @@ pub fn ports(scene: &Scene) -> Result<(BTreeMap<String, Ports>, Vec<String>), Ro
         };
         // A physics that nobody set up is found by the one who starts it.
         let Some(settings) = scene.settings_of(&node, &kind) else { continue };
-        settings.check().map_err(|source| RosterError::Settings { node: node.clone(), source })?;
+        settings.check().map_err(|source| ParticipantError::Settings { node: node.clone(), source })?;
         ports.insert(node, settings.ports());
     }
     Ok((ports, commands))

@@ -13,12 +13,12 @@ pub(crate) mod session;
 mod start;
 mod trials;
 
-use stagger_runtime::launch::roster::{RosterError, Runs, participant, roster};
+use stagger_runtime::launch::roster::{Runs, roster};
 use std::{collections::BTreeMap, path::PathBuf, time::Duration};
 
 use stagger_coupling::Participant;
 use stagger_messages::Manifest;
-use stagger_scene::Scene;
+use stagger_scene::{ParticipantError, Scene};
 
 use crate::check;
 use heard::Fault;
@@ -53,7 +53,7 @@ pub struct Bench {
 pub enum ConformanceError {
     /// Another node of the scene cannot be built here.
     #[error(transparent)]
-    Roster(#[from] RosterError),
+    Participant(#[from] ParticipantError),
     /// Another node of the scene is a command.
     #[error(
         "node `{0}` of the scene is a command of its own, but the other nodes are solved here: choose a scene of \
@@ -144,7 +144,7 @@ impl Bench {
             match runs {
                 _ if name == self.node => {}
                 Runs::Physics(kind) => {
-                    let built = participant(&self.scene, &name, &kind)?;
+                    let built = self.scene.participant(&name, &kind)?;
                     others.insert(name, built);
                 }
                 Runs::Command(_) | Runs::Recorded(_) => return Err(ConformanceError::Command(name)),

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use stagger_coupling::{FrozenFields, Participant, SolveError, Window};
 use stagger_messages::{Field, Fields, Iterate, Plan, Source, Verdict, Version};
-use stagger_runtime::launch::roster::RosterError;
+use stagger_scene::ParticipantError;
 
 use super::{
     Bench, ConformanceError,
@@ -118,7 +118,7 @@ impl Surroundings {
         let mut newest = Given::new();
         for (node, member) in &mut members {
             let start = member.initial();
-            let (fields, _) = start.map_err(|source| RosterError::Settings { node: node.clone(), source })?;
+            let (fields, _) = start.map_err(|source| ParticipantError::Settings { node: node.clone(), source })?;
             newest.extend(keyed(node, fields));
         }
         Ok(Self { members, newest, frozen_fields: BTreeMap::new() })

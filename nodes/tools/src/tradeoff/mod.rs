@@ -267,7 +267,7 @@ impl Bench<'_> {
         // The best value of each axis by itself, from the largest gain down.
         let standing = self.cases[0].outcome.wall();
         let mut gains: Vec<(f64, String, Set)> = Vec::new();
-        for axis in axes.iter().filter(|axis| axis.name != "recording") {
+        for axis in axes.iter().filter(|axis| axis.name != axis::RECORDING) {
             let of_axis = self.cases.iter().filter(|case| case.axis == axis.name && case.rated().error <= bound);
             let fastest = of_axis.min_by(|left, right| left.outcome.wall().total_cmp(&right.outcome.wall()));
             if let Some(case) = fastest.filter(|case| case.outcome.wall() < FASTER * standing) {

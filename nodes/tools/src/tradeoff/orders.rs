@@ -4,11 +4,6 @@ use std::sync::atomic::AtomicBool;
 
 use serde::Serialize;
 use stagger_coupling::math;
-use stagger_physics::{
-    optics,
-    particles::{self, Friction, Integrator},
-    thermal,
-};
 use stagger_scene::Scene;
 
 use super::{
@@ -44,29 +39,16 @@ pub struct Row {
 
 /// The order that the methods of a scene have, and the one that limits it.
 fn expected(scene: &Scene) -> (f64, &'static str) {
-    let particles = scene.settings::<particles::Settings>();
-    let integrator = particles.map(|particles| &particles.integrator);
-    let moves = particles.is_some_and(|it| it.integrator != Integrator::Held);
-    let regularised = moves && particles.is_some_and(|it| matches!(it.friction, Some(Friction::Regularised { .. })));
-    let pulsed = scene.settings::<optics::Settings>().is_some_and(|optics| optics.beam.pulses.is_some());
-    let first_order_phi = |phi: f64| (phi - 0.5).abs() > 1e-12;
     if !scene.coupling.interpolate {
-        (1.0, "frozen fields are held over a step")
-    } else if scene.physics.contains_key("acoustics") {
-        (1.0, "sound sees the particles where they were at the step's start")
-    } else if matches!(integrator, Some(Integrator::Trapezoidal { phi, .. }) if first_order_phi(*phi)) {
-        (1.0, "the particles' weight phi is not 1/2")
-    } else if scene.settings::<thermal::Settings>().is_some_and(|thermal| first_order_phi(thermal.phi)) {
-        (1.0, "thermal's weight phi is not 1/2")
-    } else if regularised {
-        (1.0, "regularised friction sticks over one substep, whatever its size")
-    } else if pulsed {
-        (1.0, "pulses of light begin and end within a step")
-    } else {
-        (
+        return (1.0, "frozen fields are held over a step");
+    }
+    let setup = axis::setup(scene, None);
+    match axis::contributions().find_map(|own| (own.first_order)(&setup)) {
+        Some(because) => (1.0, because),
+        None => (
             2.0,
             "all methods are of second order; contacts that begin or end within a step, and light that is switched, make it less",
-        )
+        ),
     }
 }
 
@@ -83,8 +65,8 @@ pub fn orders(
     interrupted: &AtomicBool,
     tell: &mut dyn FnMut(&str),
 ) -> Result<Orders, Failed> {
-    let moving = scene.settings::<particles::Settings>().map(|particles| &particles.integrator);
-    let mut substep_s = None;
+    let mut setup = axis::setup(scene, None);
+    let has_substeps = axis::contributions().any(|own| (own.has_substeps)(&setup));
     let mut runs: Vec<(Ends, f64)> = Vec::new();
     for level in 0..levels {
         let dt_s = dt_s / f64::from(1u32 << level.min(31));
@@ -95,17 +77,12 @@ pub fn orders(
         set.extend(axis::tolerances(scene, 1e-4));
         set.push(("coupling.iterations".into(), "60".into()));
         set.push(("coupling.reuse".into(), "0".into()));
-        if axis::has_substeps(scene) {
-            if substep_s.is_none() {
-                substep_s = workshop.outcome(&set, None, interrupted)?.0.substep_s;
-            }
-            // A hair more, so that rounding does not add a substep.
-            let factor = (1.0 + 1e-9) / f64::from(1u32 << level.min(31));
-            set.extend(substep_s.map(|first| axis::verlet(first * factor)).unwrap_or_default());
-        } else if let Some(Integrator::Trapezoidal { phi, .. }) = moving {
-            let value = format!("{{ kind = \"trapezoidal\", phi = {phi:?}, tolerance = 1e-13, iterations = 1000 }}");
-            set.push(("particles.integrator".into(), value));
+        if has_substeps && setup.substep_s.is_none() {
+            setup.substep_s = workshop.outcome(&set, None, interrupted)?.0.substep_s;
         }
+        // A hair more, so that rounding does not add a substep.
+        let factor = (1.0 + 1e-9) / f64::from(1u32 << level.min(31));
+        set.extend(axis::contributions().flat_map(|own| (own.in_series)(&setup, factor)));
         tell(&format!("dt = {dt_s:e} s"));
         let (outcome, recording) = workshop.outcome(&set, None, interrupted)?;
         let hint = "a smaller first step may help: --dt";

@@ -6,6 +6,8 @@ use stagger_coupling::{Ledger, math};
 use stagger_messages::{Field, Fields};
 use stagger_recordings::{Body, Message, Recording, RecordingError, State, States};
 
+use super::axis;
+
 /// Share of the solid volume, from the lowest particle up, that the porosity is taken over: what lies loose on top is no bed.
 const BED: f64 = 0.9;
 
@@ -28,21 +30,13 @@ pub enum Quantity {
     Porosity,
 }
 
-/// Names that stand for others.
-const WORDS: [(&str, &str); 5] = [
-    ("positions", "each positions"),
-    ("absorbed energy", "energy absorbed"),
-    ("joule heat", "energy joule"),
-    ("stress", "rms von_mises_stress"),
-    ("peak stress", "peak von_mises_stress"),
-];
-
 impl FromStr for Quantity {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
         let text = text.trim();
-        let text = WORDS.iter().find(|(word, _)| *word == text).map_or(text, |(_, meaning)| meaning);
+        let mut words = axis::contributions().flat_map(|own| own.words);
+        let text = words.find(|(word, _)| *word == text).map_or(text, |(_, meaning)| meaning);
         match text.split_once(' ').map(|(kind, name)| (kind, name.trim().to_owned())) {
             None if text == "height" => Ok(Self::Height),
             None if text == "porosity" => Ok(Self::Porosity),
@@ -110,23 +104,9 @@ impl Ends {
     /// The quantities that mean something for this run, where nobody named any.
     #[must_use]
     pub fn usual(&self) -> Vec<Quantity> {
-        let mut found = Vec::new();
-        let fields = &self.last.step.fields;
-        if fields.contains_key("temperature") {
-            found.extend([Quantity::Mean("temperature".into()), Quantity::Peak("temperature".into())]);
-        }
-        if fields.contains_key("positions") {
-            found.push(Quantity::Height);
-        }
-        for name in ["absorbed", "joule", "sound_work"] {
-            if energy(&self.last.ledger, name).is_some() {
-                found.push(Quantity::Energy(name.into()));
-            }
-        }
-        if fields.contains_key("von_mises_stress") {
-            found.push(Quantity::Rms("von_mises_stress".into()));
-        }
-        found
+        let usual = axis::contributions().flat_map(|own| own.usual);
+        let quantities = usual.filter_map(|text| text.parse().ok());
+        quantities.filter(|quantity| self.error(quantity, self).is_some()).collect()
     }
 
     /// Value of a quantity at the end, in its SI unit; `None` where the run has no such thing, or where it is a whole field.

@@ -13,10 +13,10 @@ use stagger_messages::{
 };
 use stagger_recordings::{Body, Recording, RecordingError};
 use stagger_runtime::{
-    launch::roster::{RosterError, Runs, participant, roster},
+    launch::roster::{Runs, roster},
     run::summary,
 };
-use stagger_scene::Scene;
+use stagger_scene::{ParticipantError, Scene};
 
 use plugged::Plugged;
 
@@ -33,7 +33,7 @@ pub enum VerifyError {
     Scene(#[from] Problems),
     /// A node of it cannot be built.
     #[error(transparent)]
-    Roster(#[from] RosterError),
+    Participant(#[from] ParticipantError),
     /// A physics fails where it did not when recorded.
     #[error(transparent)]
     Solve(#[from] SolveError),
@@ -122,7 +122,7 @@ pub fn verify(recording: &Recording, node: Option<&str>, tolerance: f64) -> Resu
         }
         match runs {
             Runs::Physics(kind) => {
-                replay.solvers.insert(name.clone(), Solver::Here(participant(&scene, name, kind)?));
+                replay.solvers.insert(name.clone(), Solver::Here(scene.participant(name, kind)?));
             }
             Runs::Command(words) => {
                 let why = format!(

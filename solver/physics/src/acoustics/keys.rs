@@ -1,17 +1,16 @@
 //! `[acoustics]`: a beam of sound that pushes the particles.
 
-use std::sync::Arc;
-
 use stagger_config::{
     key::{Key, Kind, Range, Section},
     reader::Table,
     units::{DENSITY, INTENSITY, LENGTH, NUMBER, SPEED, TIME},
 };
 
-use super::{Interface, Settings, SoundBeam};
+use super::{Interface, Settings, SoundBeam, advice::ADVISOR, tradeoff::TRADEOFF};
 use crate::{
-    Configured, PhysicsKind, Surroundings,
+    PhysicsKind, Surroundings,
     common::keys::{beam, rays},
+    configured,
 };
 
 static INTENSITY_KEY: Key =
@@ -65,7 +64,9 @@ pub static KIND: PhysicsKind = PhysicsKind {
     section: &SECTION,
     rank: 1,
     bodies: None,
-    read: |table, surroundings| read(table, surroundings).map(|settings| Arc::new(settings) as Arc<dyn Configured>),
+    read: |table, surroundings| configured(read(table, surroundings)),
+    advice: Some(&ADVISOR),
+    tradeoff: Some(&TRADEOFF),
 };
 
 /// Reads the table.

@@ -1,8 +1,10 @@
 //! Sound that pushes the particles (Zohdi 2018, ch. 11).
 
+mod advice;
 mod interface;
 pub mod keys;
 mod settings;
+mod tradeoff;
 
 use std::{collections::BTreeMap, f64::consts::PI, sync::Arc};
 
@@ -15,6 +17,7 @@ pub use self::{
     settings::{Settings, SoundBeam},
 };
 use crate::common::{
+    PARTICLES,
     beam::{Beam, Frame, Profile},
     checks::{field, positive, radii, values},
     rays::{Grid, Outcome, POINTS, SHOWN, Strike, facing, paths_m, points_m, spheres, starts, trace},
@@ -77,7 +80,7 @@ impl Acoustics {
         Ok(Self {
             frame: Frame::new(direction),
             points_m: points_m(&beam.profile, &settings.sampling),
-            force: Arc::new(Port::f64("acoustic_force", "N", "particles", 3, Measure::Magnitude)),
+            force: Arc::new(Port::f64("acoustic_force", "N", PARTICLES, 3, Measure::Magnitude)),
             paths: Arc::new(Port::f64("acoustic_paths", "m", "acoustic-rays", 3 * POINTS as u32, Measure::None)),
             settings: Settings { walls: facing(&settings.walls, direction), ..settings },
             beam,

@@ -1,15 +1,15 @@
 //! Settings of the push of a sound beam.
 
 use super::Acoustics;
-use crate::common::rays::POINTS;
 use serde::Serialize;
 use stagger_coupling::SolveError;
 use stagger_messages::{Geometry, Measure, Port, Ports};
 
 use super::Interface;
 use crate::common::{
+    PARTICLES,
     beam::{Path, Pulses},
-    rays::Sampling,
+    rays::{POINTS, Sampling},
 };
 
 /// Everything the push of a sound beam depends on. SI units.
@@ -52,11 +52,11 @@ impl crate::Settings for Settings {
 
     fn ports(&self) -> Ports {
         let reads = vec![
-            Port::f64("positions", "m", "particles", 3, Measure::None),
-            Port::f64("radii", "m", "particles", 1, Measure::None),
+            Port::f64("positions", "m", PARTICLES, 3, Measure::None),
+            Port::f64("radii", "m", PARTICLES, 1, Measure::None),
         ];
         let writes = vec![
-            Port::f64("acoustic_force", "N", "particles", 3, Measure::Magnitude),
+            Port::f64("acoustic_force", "N", PARTICLES, 3, Measure::Magnitude),
             Port::f64("acoustic_paths", "m", "acoustic-rays", 3 * POINTS as u32, Measure::None),
         ];
         Ports::new(reads, writes).with(Geometry::points("acoustic-rays", "acoustic_paths"))

@@ -1,5 +1,6 @@
 //! What several physics use: beams, rays, walls, contacts and their conductance, grids, linear algebra.
 
+pub mod advice;
 pub mod beam;
 mod bodies;
 pub mod checks;
@@ -19,6 +20,8 @@ pub mod rays;
 pub mod rows;
 pub(crate) mod simd;
 mod solid_surface;
+mod tables;
+pub mod tradeoff;
 pub mod walls;
 pub mod width;
 
@@ -30,7 +33,11 @@ pub use on_substrate::OnSubstrate;
 pub use over_temperature::Table;
 pub(crate) use solid_surface::power_port;
 pub use solid_surface::{SURFACE, SolidSurface};
+pub use tables::Tables;
 pub use walls::{Shape, Wall};
+
+/// The support with a row for each particle, on which fields of several physics stand.
+pub const PARTICLES: &str = "particles";
 
 /// A vector in space.
 pub(crate) type Vec3 = nalgebra::Vector3<f64>;

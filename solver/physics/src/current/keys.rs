@@ -1,17 +1,16 @@
 //! `[current]`: electrical current through the particles.
 
-use std::sync::Arc;
-
 use stagger_config::{
     key::{Key, Kind, Range, Section},
     reader::Table,
     units::{ELECTRIC_FIELD, NUMBER, PER_ELECTRIC_FIELD, PER_TEMPERATURE, TEMPERATURE, TIME},
 };
 
-use super::{Conductivity, Method, Model, Settings, Solver, Transition};
+use super::{Conductivity, Method, Model, Settings, Solver, Transition, advice::ADVISOR, tradeoff::TRADEOFF};
 use crate::{
     PhysicsKind, Surroundings,
     common::{Conductance, Wall},
+    configured,
 };
 use stagger_messages::Shown;
 
@@ -130,7 +129,9 @@ pub static KIND: PhysicsKind = PhysicsKind {
     section: &SECTION,
     rank: 3,
     bodies: None,
-    read: |table, surroundings| Some(Arc::new(read(table, surroundings))),
+    read: |table, surroundings| configured(Some(read(table, surroundings))),
+    advice: Some(&ADVISOR),
+    tradeoff: Some(&TRADEOFF),
 };
 
 /// Reads the table.

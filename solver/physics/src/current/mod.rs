@@ -1,5 +1,6 @@
 //! Electrical current through the particles, and the heat it makes.
 
+pub mod advice;
 mod averaging;
 mod conductivity;
 mod graph;
@@ -9,6 +10,7 @@ mod network;
 mod particles;
 mod potential;
 mod settings;
+mod tradeoff;
 
 use stagger_coupling::{Frozen, Physics, Reply, SolveError, Window};
 use std::{collections::BTreeMap, sync::Arc};
@@ -19,7 +21,10 @@ use serde::{Deserialize, Serialize};
 pub use settings::*;
 use stagger_messages::{Energy, Field, Fields, Measure, Port, Ports, Support};
 
-use crate::common::checks::{energy_j, positive, reached, setting};
+use crate::common::{
+    PARTICLES,
+    checks::{energy_j, positive, reached, setting},
+};
 
 const NODE: &str = "current";
 
@@ -156,12 +161,12 @@ impl Current {
         }
         let of = |name: &str, unit: &str, support: &str, measure| Arc::new(Port::f64(name, unit, support, 1, measure));
         let written = Written {
-            joule_power: of("joule_power", "W", "particles", Measure::Magnitude),
-            current_density: of("current_density", "A/m^2", "particles", Measure::None),
+            joule_power: of("joule_power", "W", PARTICLES, Measure::Magnitude),
+            current_density: of("current_density", "A/m^2", PARTICLES, Measure::None),
             wall_current: of("wall_current", "A", "electrodes", Measure::None),
             wall_current_density: of("wall_current_density", "A/m^2", "electrodes", Measure::None),
             potential: matches!(settings.model, Model::Potential { .. })
-                .then(|| of("potential", "V", "particles", Measure::None)),
+                .then(|| of("potential", "V", PARTICLES, Measure::None)),
         };
         Ok(Self { settings, electrodes, of_walls, written })
     }
@@ -288,7 +293,7 @@ impl Physics for Current {
     }
 
     fn initial(&self) -> Result<(State, Reply), SolveError> {
-        let rows = Support { name: "particles".into(), count: self.settings.count as u64, revision: 0 };
+        let rows = Support { name: PARTICLES.into(), count: self.settings.count as u64, revision: 0 };
         let fields = self.fields(&rows, vec![0.0; self.settings.count], None)?;
         Ok((State::default(), Reply { fields, ..Reply::default() }))
     }

@@ -1,13 +1,12 @@
 //! Settings of the electric current through the particles.
 
 use super::Current;
-use crate::common::contacts;
 use serde::Serialize;
 use stagger_coupling::SolveError;
 use stagger_messages::{Geometry, Measure, Port, Ports};
 
 pub use super::conductivity::{Conductivity, Transition};
-use crate::common::{Conductance, Wall};
+use crate::common::{Conductance, PARTICLES, Wall, contacts};
 
 /// Everything the current through the particles depends on. SI units.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -73,20 +72,20 @@ impl crate::Settings for Settings {
 
     fn ports(&self) -> Ports {
         let of = |name, unit, support, measure| Port::f64(name, unit, support, 1, measure);
-        let mut reads = vec![of("radii", "m", "particles", Measure::None)];
+        let mut reads = vec![of("radii", "m", PARTICLES, Measure::None)];
         reads.extend(contacts::ports());
         if self.conductivity.by_temperature.is_some() {
-            reads.push(of("temperature", "K", "particles", Measure::None).as_optional());
+            reads.push(of("temperature", "K", PARTICLES, Measure::None).as_optional());
         }
-        reads.push(Port::u32("ids", "particles", 1).as_optional());
+        reads.push(Port::u32("ids", PARTICLES, 1).as_optional());
         let mut writes = vec![
-            of("joule_power", "W", "particles", Measure::Magnitude),
-            of("current_density", "A/m^2", "particles", Measure::None),
+            of("joule_power", "W", PARTICLES, Measure::Magnitude),
+            of("current_density", "A/m^2", PARTICLES, Measure::None),
             of("wall_current", "A", "electrodes", Measure::None),
             of("wall_current_density", "A/m^2", "electrodes", Measure::None),
         ];
         if matches!(self.model, Model::Potential { .. }) {
-            writes.push(of("potential", "V", "particles", Measure::None));
+            writes.push(of("potential", "V", PARTICLES, Measure::None));
         }
         Ports::new(reads, writes).with(Geometry::global("electrodes"))
     }

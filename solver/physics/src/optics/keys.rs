@@ -1,21 +1,20 @@
 //! `[optics]`: the laser and how particles absorb it.
 
-use std::sync::Arc;
-
 use stagger_config::{
     key::{Key, Kind, Range, Section},
     reader::Table,
     units::{LENGTH, NUMBER, PER_LENGTH, POWER, TIME},
 };
 
-use super::{Beam, Lines, Model, Profile, Settings, Surface};
+use super::{Beam, Lines, Model, Profile, Settings, Surface, advice::ADVISOR, tradeoff::TRADEOFF};
 use crate::{
-    Configured, PhysicsKind, Surroundings,
+    PhysicsKind, Surroundings,
     common::{
         Bodies, SolidSurface, Table as Property,
         keys::{beam, materials::Material, rays},
         rays::RefractiveIndex,
     },
+    configured,
 };
 
 static FIDELITY: Key = Key::new(
@@ -152,7 +151,9 @@ pub static KIND: PhysicsKind = PhysicsKind {
     section: &SECTION,
     rank: 2,
     bodies: None,
-    read: |table, surroundings| read(table, surroundings).map(|settings| Arc::new(settings) as Arc<dyn Configured>),
+    read: |table, surroundings| configured(read(table, surroundings)),
+    advice: Some(&ADVISOR),
+    tradeoff: Some(&TRADEOFF),
 };
 
 /// Reads the table.

@@ -1,11 +1,13 @@
 //! Light absorbed by the particles from a laser beam.
 
+pub mod advice;
 mod beer_lambert;
 mod beer_lambert_monograph;
 mod energy_balance;
 pub mod keys;
 mod rays;
 mod settings;
+mod tradeoff;
 
 use stagger_coupling::{Frozen, Physics, Reply, SolveError, Window};
 use std::{borrow::Cow, collections::BTreeMap, sync::Arc};
@@ -17,7 +19,7 @@ pub use settings::*;
 use stagger_messages::{Energy, Field, Fields, Measure, Port, Ports, Support};
 
 use crate::common::{
-    SolidSurface,
+    PARTICLES, SolidSurface,
     beam::{AtInstant, Frame, ends},
     checks::{energy_j, field, positive, radii, setting, values},
     power_port,
@@ -121,7 +123,7 @@ impl Optics {
         let frame = Frame::new(settings.beam.direction);
         let paths = || Arc::new(Port::f64("ray_paths", "m", "rays", 3 * POINTS as u32, Measure::None));
         let written = Written {
-            absorbed_power: Arc::new(Port::f64("absorbed_power", "W", "particles", 1, Measure::Magnitude)),
+            absorbed_power: Arc::new(Port::f64("absorbed_power", "W", PARTICLES, 1, Measure::Magnitude)),
             surface_light: settings.solid.is_some().then(|| Arc::new(power_port("surface_light"))),
             beam_spot: Arc::new(Port::f64("beam_spot", "m", "beam", 3, Measure::None)),
             beam_radius: Arc::new(Port::f64("beam_radius", "m", "beam", 1, Measure::None)),

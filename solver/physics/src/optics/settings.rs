@@ -7,7 +7,7 @@ use stagger_messages::{Geometry, Measure, Port, Ports};
 
 pub use crate::common::beam::{Beam, Path, Profile, Pulses};
 use crate::common::{
-    SolidSurface, power_port,
+    PARTICLES, SolidSurface, power_port,
     rays::{POINTS, RefractiveIndex, Sampling},
 };
 
@@ -85,18 +85,18 @@ impl crate::Settings for Settings {
     fn ports(&self) -> Ports {
         let of = |name, unit, support, components, measure| Port::f64(name, unit, support, components, measure);
         let mut reads =
-            vec![of("positions", "m", "particles", 3, Measure::None), of("radii", "m", "particles", 1, Measure::None)];
+            vec![of("positions", "m", PARTICLES, 3, Measure::None), of("radii", "m", PARTICLES, 1, Measure::None)];
         if self.solid.is_some() {
             reads = reads.iter().map(Port::as_optional).collect();
         }
         let traced = matches!(self.model, Model::Rays { .. });
         if matches!(&self.model, Model::Rays { surface, .. } if surface.molten.is_some()) {
-            reads.push(of("melted", "1", "particles", 1, Measure::None));
-            reads.push(Port::u32("ids", "particles", 1).as_optional());
+            reads.push(of("melted", "1", PARTICLES, 1, Measure::None));
+            reads.push(Port::u32("ids", PARTICLES, 1).as_optional());
         }
-        reads.extend(self.reads_material().then(|| Port::u32("material", "particles", 1)));
+        reads.extend(self.reads_material().then(|| Port::u32("material", PARTICLES, 1)));
         let mut writes = vec![
-            of("absorbed_power", "W", "particles", 1, Measure::Magnitude),
+            of("absorbed_power", "W", PARTICLES, 1, Measure::Magnitude),
             of("beam_spot", "m", "beam", 3, Measure::None),
             of("beam_radius", "m", "beam", 1, Measure::None),
             of("beam_power", "W", "beam", 1, Measure::None),

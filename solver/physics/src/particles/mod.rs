@@ -15,8 +15,11 @@
 //! 10. `insertion`: particles that come and go
 //! 11. `window`: one window as a whole
 //! 12. `start`: where particles are at t = 0
-//! 13. `keys`: reads what a scene says of them
+//! 13. `advice`: what a scene could do without or lacks, before it runs
+//! 14. `tradeoff`: settings that trade speed for accuracy
+//! 15. `keys`: reads what a scene says of them
 
+pub mod advice;
 pub mod bonds;
 mod contact;
 mod exchange;
@@ -29,6 +32,7 @@ mod motion;
 mod search;
 mod settings;
 pub mod start;
+mod tradeoff;
 mod window;
 
 use stagger_coupling::{Frozen, Physics, Reply, SolveError, Window};
@@ -40,13 +44,12 @@ pub use insertion::{
 };
 use model::ports::ParticlePorts;
 pub use model::state::State;
-pub use motion::expectation::Expectation;
 pub use settings::*;
 
 /// The particles of a scene.
 ///
 /// Writes `positions`, `velocities`, `radii` and the contacts between particles and with walls, all at the window's
-/// end; reads `temperature` where it softens the contacts, and `acoustic_force` where sound pushes the particles.
+/// end; reads, where somebody writes them, `temperature` if it softens the contacts, and `acoustic_force`, the push of sound.
 #[derive(Debug)]
 pub struct Particles(model::Model);
 
@@ -58,21 +61,6 @@ impl Particles {
     /// range; the message names the setting.
     pub fn new(settings: Settings) -> Result<Self, SolveError> {
         start::model(settings).map(Self)
-    }
-
-    /// What is to be expected of them.
-    ///
-    /// # Errors
-    /// The start configuration cannot be listed.
-    pub fn expectation(&self) -> Result<Expectation, SolveError> {
-        motion::expectation::expectation(&self.0)
-    }
-
-    /// Overlap in m and contact area in m² of a sphere that a steady force presses against a wall: the small overlap's law
-    /// F = c E δ^{q−1} solved for δ, at most the radius. `temperature_k` softens the first material.
-    #[must_use]
-    pub fn steady_contact(&self, radius_m: f64, force_n: f64, temperature_k: f64) -> (f64, f64) {
-        motion::expectation::steady_contact(&self.0, radius_m, force_n, temperature_k)
     }
 }
 

@@ -1,7 +1,5 @@
 //! `[solid]`: the temperature of a solid on a grid.
 
-use std::sync::Arc;
-
 use stagger_config::{
     key::{Key, Kind, Range, Section},
     problems::nearest,
@@ -9,15 +7,16 @@ use stagger_config::{
     units::{HEAT_TRANSFER, INTENSITY, LENGTH, NUMBER, PER_LENGTH, TEMPERATURE, TIME},
 };
 
-use super::{Evaporation, Face, Level, Light, Settings, Track};
+use super::{Evaporation, Face, Level, Light, Settings, Track, tradeoff::TRADEOFF};
 use crate::{
-    Configured, PhysicsKind, Surroundings,
+    PhysicsKind, Surroundings,
     common::{
         HeatMaterial, PhaseBands, Table as Property,
         grid::{CellGrid, FaceMean},
         keys::{grids, materials},
         missing_property,
     },
+    configured,
 };
 
 static GRID: Key = Key::new("grid", Kind::Text, "Its cells: the name of a table of [grids].");
@@ -238,7 +237,9 @@ pub static KIND: PhysicsKind = PhysicsKind {
     section: &SECTION,
     rank: 5,
     bodies: None,
-    read: |table, surroundings| read(table, surroundings).map(|settings| Arc::new(settings) as Arc<dyn Configured>),
+    read: |table, surroundings| configured(read(table, surroundings)),
+    advice: None,
+    tradeoff: Some(&TRADEOFF),
 };
 
 /// Reads the table.

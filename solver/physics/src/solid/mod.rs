@@ -9,6 +9,7 @@ mod matter;
 mod relaxation;
 mod settings;
 mod track;
+mod tradeoff;
 
 use std::{collections::BTreeMap, sync::Arc};
 

@@ -1,11 +1,10 @@
 //! `[substrate]`: stress in the solid under a wall.
 
-use std::sync::Arc;
-
-use super::{Grid, Settings};
+use super::{Grid, Settings, tradeoff::TRADEOFF};
 use crate::{
-    Configured, PhysicsKind, Surroundings,
+    PhysicsKind, Surroundings,
     common::{Shape, Wall, walls::Motion},
+    configured,
 };
 use stagger_config::{
     key::{Key, Kind, Range, Section},
@@ -97,7 +96,9 @@ pub static KIND: PhysicsKind = PhysicsKind {
     section: &SECTION,
     rank: 5,
     bodies: None,
-    read: |table, surroundings| read(table, surroundings).map(|settings| Arc::new(settings) as Arc<dyn Configured>),
+    read: |table, surroundings| configured(read(table, surroundings)),
+    advice: None,
+    tradeoff: Some(&TRADEOFF),
 };
 
 /// Reads the table.

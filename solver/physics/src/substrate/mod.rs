@@ -8,6 +8,7 @@ pub mod keys;
 mod point_load;
 mod samples;
 mod settings;
+mod tradeoff;
 
 use std::{collections::BTreeMap, sync::Arc};
 
@@ -22,7 +23,10 @@ pub use self::{
     samples::{Samples, stress_at},
     settings::*,
 };
-use crate::common::checks::{field, radii, values};
+use crate::common::{
+    PARTICLES,
+    checks::{field, radii, values},
+};
 
 const NODE: &str = "substrate";
 
@@ -107,7 +111,7 @@ impl Substrate {
             deviator: port("stress_deviator_norm", "Pa", 1),
             von_mises: port("von_mises_stress", "Pa", 1),
             pressure: port("pressure", "Pa", 1),
-            deflection: Arc::new(Port::f64("wall_deflection", "m", "particles", 1, Measure::Magnitude)),
+            deflection: Arc::new(Port::f64("wall_deflection", "m", PARTICLES, 1, Measure::Magnitude)),
         };
         let (samples, positions_m) = (Samples::new(&local), points_m.into_iter().flatten().collect());
         Ok(Self { settings, half_space, far_field, samples, positions_m, written })

@@ -1,7 +1,7 @@
 //! Settings of the stress in an elastic substrate.
 
 use super::Substrate;
-use crate::common::{Bodies, OnSubstrate};
+use crate::common::{Bodies, OnSubstrate, PARTICLES};
 use serde::Serialize;
 use stagger_coupling::SolveError;
 use stagger_messages::{Geometry, Measure, Port, Ports};
@@ -137,9 +137,9 @@ impl crate::Settings for Settings {
             at_points("pressure", "Pa", 1),
         ];
         if self.deflection_young_pa.is_some() {
-            reads.push(Port::f64("positions", "m", "particles", 3, Measure::None));
-            reads.push(Port::f64("radii", "m", "particles", 1, Measure::None));
-            writes.push(Port::f64("wall_deflection", "m", "particles", 1, Measure::Magnitude));
+            reads.push(Port::f64("positions", "m", PARTICLES, 3, Measure::None));
+            reads.push(Port::f64("radii", "m", PARTICLES, 1, Measure::None));
+            writes.push(Port::f64("wall_deflection", "m", PARTICLES, 1, Measure::Magnitude));
         }
         Ports::new(reads, writes).with(match (self.grids.as_slice(), self.points_m.as_slice()) {
             ([grid], []) => Geometry::grid("grid", grid.as_support()),

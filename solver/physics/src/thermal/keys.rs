@@ -1,17 +1,18 @@
 //! `[thermal]`: the temperature of the particles.
 
-use std::sync::Arc;
-
 use stagger_config::{
     key::{Key, Kind, Range, Section},
     reader::Table,
     units::{HEAT_TRANSFER, NUMBER, TEMPERATURE},
 };
 
-use super::{Ambient, Conductance, Enthalpy, Material, Overshoot, Settings, Solver, Start};
+use super::{
+    Ambient, Conductance, Enthalpy, Material, Overshoot, Settings, Solver, Start, advice::ADVISOR, tradeoff::TRADEOFF,
+};
 use crate::{
     PhysicsKind, Surroundings,
     common::{Bodies, PhaseBands as Bands, Table as Property, keys::materials::Material as Named},
+    configured,
 };
 
 static CONDUCTANCE: Key = Key::new(
@@ -130,7 +131,9 @@ pub static KIND: PhysicsKind = PhysicsKind {
     section: &SECTION,
     rank: 4,
     bodies: None,
-    read: |table, surroundings| Some(Arc::new(read(table, surroundings))),
+    read: |table, surroundings| configured(Some(read(table, surroundings))),
+    advice: Some(&ADVISOR),
+    tradeoff: Some(&TRADEOFF),
 };
 
 /// Reads the table.

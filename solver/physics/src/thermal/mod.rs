@@ -1,5 +1,6 @@
 //! Temperature of the particles: conduction through contacts, heat from absorbed light and from electrical current, phases.
 
+pub mod advice;
 mod ambient;
 mod balance;
 mod enthalpy;
@@ -10,6 +11,7 @@ mod overshoot;
 mod particles;
 mod presence;
 mod settings;
+mod tradeoff;
 mod trapezoidal;
 
 use stagger_coupling::{Frozen, NotConverged, Physics, Reply, SolveError, Window};
@@ -23,7 +25,10 @@ use serde::{Deserialize, Serialize};
 pub use settings::*;
 use stagger_messages::{Energy, Field, Fields, Measure, Port, Ports, Values};
 
-use crate::common::checks::{energy_j, finite, positive, setting};
+use crate::common::{
+    PARTICLES,
+    checks::{energy_j, finite, positive, setting},
+};
 
 const NODE: &str = "thermal";
 
@@ -160,13 +165,13 @@ impl Thermal {
             start.check(settings.count)?;
         }
         let form = settings.enthalpy.as_ref().map(|enthalpy| Form::new(&settings, enthalpy)).transpose()?;
-        let port = |name, unit, measure| Arc::new(Port::f64(name, unit, "particles", 1, measure));
+        let port = |name, unit, measure| Arc::new(Port::f64(name, unit, PARTICLES, 1, measure));
         Ok(Self {
             form,
             settings,
             temperature: port("temperature", "K", Measure::Magnitude),
             melted: port("melted", "1", Measure::None),
-            vapourised: Arc::new(Port::u8("vapourised", "particles", 1)),
+            vapourised: Arc::new(Port::u8("vapourised", PARTICLES, 1)),
         })
     }
 

@@ -11,7 +11,7 @@ pub use crate::common::{Conductance, HeatMaterial as Material, PhaseChange, Phas
 use stagger_coupling::{SolveError, math};
 
 use crate::common::{
-    Wall,
+    PARTICLES, Wall,
     checks::{positive, setting},
     contacts,
 };
@@ -149,16 +149,16 @@ impl crate::Settings for Settings {
     type Physics = Thermal;
 
     fn ports(&self) -> Ports {
-        let particles = |name, unit| Port::f64(name, unit, "particles", 1, Measure::None);
+        let particles = |name, unit| Port::f64(name, unit, PARTICLES, 1, Measure::None);
         let mut reads = vec![particles("radii", "m")];
         reads.extend(contacts::ports());
         // Several lasers may light the particles.
         let power = |name| particles(name, "W").as_sum().as_optional();
-        reads.extend([power("absorbed_power"), power("joule_power"), Port::u32("ids", "particles", 1).as_optional()]);
-        reads.extend(self.reads_material().then(|| Port::u32("material", "particles", 1)));
-        let mut writes = vec![Port::f64("temperature", "K", "particles", 1, Measure::Magnitude)];
+        reads.extend([power("absorbed_power"), power("joule_power"), Port::u32("ids", PARTICLES, 1).as_optional()]);
+        reads.extend(self.reads_material().then(|| Port::u32("material", PARTICLES, 1)));
+        let mut writes = vec![Port::f64("temperature", "K", PARTICLES, 1, Measure::Magnitude)];
         if self.enthalpy.as_ref().is_some_and(Enthalpy::changes_phase) {
-            writes.extend([particles("melted", "1"), Port::u8("vapourised", "particles", 1)]);
+            writes.extend([particles("melted", "1"), Port::u8("vapourised", PARTICLES, 1)]);
         }
         Ports::new(reads, writes)
     }

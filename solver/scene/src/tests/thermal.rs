@@ -1,6 +1,6 @@
 //! `[thermal]` beyond one material of constant properties.
 
-use super::{super::*, parse};
+use super::{super::*, parse, particles_read};
 use stagger_physics::thermal::{PhaseChange, Solver, Table};
 
 const BED: &str = r#"
@@ -33,7 +33,7 @@ fn a_plain_scene_keeps_the_temperature_form() {
         scene.settings::<stagger_physics::particles::Settings>().unwrap().clone(),
     );
     assert!(thermal.enthalpy.is_none());
-    assert!(!particles.reads_vapourised && !particles.writes_material);
+    assert!(!particles.come_and_go() && !particles.writes_material);
     assert_eq!(
         (thermal.density_kg_m3, thermal.heat_capacity_j_kg_k, thermal.conductivity_w_m_k),
         (7950.0, 500.0, 15.0)
@@ -47,7 +47,7 @@ fn phases_come_from_the_material_and_vapour_leaves() {
         scene.settings::<stagger_physics::thermal::Settings>().unwrap().clone(),
         scene.settings::<stagger_physics::particles::Settings>().unwrap().clone(),
     );
-    assert!(particles.come_and_go() && particles.reads_vapourised && !particles.writes_material);
+    assert!(particles.come_and_go() && particles_read(&scene, "vapourised") && !particles.writes_material);
     let enthalpy = thermal.enthalpy.unwrap();
     assert_eq!(enthalpy.solver, Solver::ConjugateGradient);
     let phases = enthalpy.materials[0].phases.unwrap();

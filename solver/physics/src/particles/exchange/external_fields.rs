@@ -5,15 +5,19 @@ use stagger_messages::Field;
 
 use crate::{
     common::{Vec3, rows::by_ids},
-    particles::model::{Model, state::State},
+    particles::model::{
+        Model,
+        ports::{PUSH, TEMPERATURE},
+        state::State,
+    },
 };
 
 /// What other physics do during a window.
 #[derive(Default)]
 pub struct ExternalFields {
-    /// Temperatures; `None` where they change nothing.
+    /// Temperatures; `None` where they change nothing, or nobody writes them.
     pub heat: Option<Heat>,
-    /// The push of sound on each particle, in N; `None` where no physics writes one.
+    /// The push of sound on each particle, in N; `None` where nobody writes one.
     pub push: Option<Vec<Vec3>>,
     /// How far the surface of the wall that gives way has sunk under each at the window's end, in m, and the window's
     /// length in s.
@@ -35,16 +39,17 @@ pub fn external_fields(
     now: &State,
 ) -> Result<ExternalFields, SolveError> {
     let mut external = ExternalFields::default();
-    if model.settings.reads_temperature && model.contact.softening.iter().any(|softening| softening.rate > 0.0) {
+    if model.settings.contact.softening_rate > 0.0
+        && let (Some(start), Some(end)) = (frozen.start.get(TEMPERATURE), frozen.end.get(TEMPERATURE))
+    {
         let read = |field: &Field| {
             let [temperatures_k] = carried(field, now, [model.settings.temperature_k])?;
             Ok::<_, SolveError>(temperatures_k)
         };
-        external.heat =
-            Some(Heat { start_k: read(frozen.at_start("temperature")?)?, end_k: read(frozen.at_end("temperature")?)? });
+        external.heat = Some(Heat { start_k: read(start)?, end_k: read(end)? });
     }
-    if model.settings.fields.reads_acoustic_force {
-        let [x, y, z] = carried(frozen.at_end("acoustic_force")?, now, [0.0; 3])?;
+    if let Some(push) = frozen.end.get(PUSH) {
+        let [x, y, z] = carried(push, now, [0.0; 3])?;
         external.push = Some((0..x.len()).map(|i| Vec3::new(x[i], y[i], z[i])).collect());
     }
     if model.sinking_wall().is_some() {

@@ -64,8 +64,14 @@ pub fn stored(model: &Model, state: &State) -> Result<Vec<Energy>, SolveError> {
 /// What a window lost to damping, friction and drag, and gained by softening, in J.
 ///
 /// What goes into tangential forces and is not held in their springs is friction. With a gas that streams, `drag` is
-/// what the particles lose to it, which may be negative.
-pub fn exchanged(model: &Model, from: &State, to: &State, dissipated: &Dissipation, softening: f64) -> Vec<Energy> {
+/// what the particles lose to it, which may be negative. The work of sound is booked where there is a push.
+pub fn exchanged(
+    model: &Model,
+    (from, to): (&State, &State),
+    dissipated: &Dissipation,
+    softening: f64,
+    pushed: bool,
+) -> Vec<Energy> {
     let held = springs_j(to) - springs_j(from);
     let mut exchanged = vec![
         Energy::lost("contact_damping", dissipated.contact_damping),
@@ -86,7 +92,6 @@ pub fn exchanged(model: &Model, from: &State, to: &State, dissipated: &Dissipati
     book(moving(false) || model.sinking_wall().is_some(), Energy::gained("walls", -dissipated.walls));
     book(moving(true), Energy::gained("pressing", -dissipated.force_controlled_walls));
     book(model.fields.near_field.is_some(), Energy::gained("near_field", -dissipated.near_field));
-    let pushed = model.settings.fields.reads_acoustic_force;
     book(pushed, Energy::gained("sound_work", -dissipated.sound));
     let electromagnetic = model.settings.fields.electromagnetic.is_some() || model.settings.fields.magnetic.is_some();
     book(electromagnetic, Energy::gained("fields", -dissipated.fields));

@@ -173,7 +173,6 @@ mod tests {
                 source: MagneticSource::Gradient { origin_t: [0.0, 0.0, 1.0], gradient_t_m },
                 presence: Presence::default(),
             }),
-            reads_acoustic_force: false,
         };
         let drag = Drag { viscosity_pa_s: 1.0 / (3.0 * PI), velocity_m_s: [0.0; 3] };
         let fields = Fields::new(&settings, Some(drag), false).unwrap();

@@ -12,6 +12,7 @@ use crate::{
             Model,
             bodies::{Bodies, reordered, sphere_inertia, sphere_mass},
             id_map::IdMap,
+            ports::VAPOURISED,
             state::{Motion, Rows, State},
         },
         motion::state_at::state_at,
@@ -32,8 +33,7 @@ pub struct Booked {
 /// then. Flags that are older than the last coming or going have been followed already.
 fn leaving(model: &Model, state: &State, frozen: &Frozen) -> Result<Vec<usize>, SolveError> {
     let mut leaving = model.settings.domain.map_or_else(Vec::new, |domain| domain.outside(&state.motion.positions));
-    if model.settings.reads_vapourised {
-        let vapourised = frozen.at_start("vapourised")?;
+    if let Some(vapourised) = frozen.start.get(VAPOURISED) {
         let support = &vapourised.support;
         if (support.revision, support.count) == (state.id_map.revision, state.bodies.len() as u64) {
             let flags = state.bodies.in_memory(vapourised.u8()?);

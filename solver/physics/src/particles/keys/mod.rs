@@ -14,21 +14,27 @@ use stagger_config::{
     reader::Table,
     units::{ACCELERATION, NUMBER, TEMPERATURE, TIME},
 };
-use std::{cell::RefCell, sync::Arc};
+use std::cell::RefCell;
 
 use self::{
     groups::{COUNT, GROUPS, MATERIAL, RADIUS, Used},
     start::{START, Starting},
 };
-use super::settings::{Group, Integrator, LeverArm, Pour, Settings, Start};
+use super::{
+    advice::ADVISOR,
+    model::ports::VAPOURISED,
+    settings::{Group, Integrator, LeverArm, Pour, Settings, Start},
+    tradeoff::TRADEOFF,
+};
 use crate::{
-    Configured, PhysicsKind, Surroundings,
+    PhysicsKind, Surroundings,
     common::{
         Bodies, Given, Wall,
         keys::materials::{self, Material, Materials},
         property,
         walls::Motion,
     },
+    configured,
 };
 
 static TEMPERATURE_KEY: Key = Key::new(
@@ -174,7 +180,9 @@ pub static KIND: PhysicsKind = PhysicsKind {
     section: &SECTION,
     rank: 0,
     bodies: Some(bodies),
-    read: |table, surroundings| read(table, surroundings).map(|settings| Arc::new(settings) as Arc<dyn Configured>),
+    read: |table, surroundings| configured(read(table, surroundings)),
+    advice: Some(&ADVISOR),
+    tradeoff: Some(&TRADEOFF),
 };
 
 /// What of the table was read before the other physics, and concerns the motion alone.
@@ -293,8 +301,7 @@ fn read(table: Table<'_>, surroundings: &Surroundings<'_, '_>) -> Option<Setting
     let bond = contact::overlap_bond(&table, &OVERLAP_BOND);
     let drag = contact::drag(&table, &DRAG);
     let bonds = bonds::read(&table);
-    let mut fields = fields::read(&table);
-    fields.reads_acoustic_force = written.contains("acoustic_force");
+    let fields = fields::read(&table);
     let writes_contact_forces = table.flag(&CONTACT_FORCES);
     let (gravity_m_s2, spin, skin) = (table.vector(&GRAVITY), table.flag(&SPIN), table.number(&SKIN));
     if bonds.is_some() && !spin {
@@ -325,8 +332,7 @@ fn read(table: Table<'_>, surroundings: &Surroundings<'_, '_>) -> Option<Setting
         start: start?,
         seed,
         temperature_k,
-        reads_temperature: written.contains("temperature") && contact.softening_rate > 0.0,
-        reads_vapourised: written.contains("vapourised"),
+        writes_ids: written.contains(VAPOURISED),
         writes_contact_forces,
         writes_material: read.contains("material"),
         substrate,

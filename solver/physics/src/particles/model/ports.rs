@@ -4,7 +4,14 @@ use std::sync::Arc;
 
 use stagger_messages::{Geometry, Measure, Port, Ports};
 
-use crate::particles::settings::Settings;
+use crate::{common::PARTICLES, particles::settings::Settings};
+
+/// The temperature that softens contacts.
+pub const TEMPERATURE: &str = "temperature";
+/// The push of sound.
+pub const PUSH: &str = "acoustic_force";
+/// The flag of particles that have boiled away, which leave.
+pub const VAPOURISED: &str = "vapourised";
 
 /// All ports of the particles.
 #[derive(Debug)]
@@ -23,13 +30,13 @@ pub struct ParticlePorts {
 impl ParticlePorts {
     /// The ports of particles with these settings.
     pub fn new(settings: &Settings) -> Self {
-        let vectors = |name, unit, measure| Arc::new(Port::f64(name, unit, "particles", 3, measure));
+        let vectors = |name, unit, measure| Arc::new(Port::f64(name, unit, PARTICLES, 3, measure));
         Self {
             positions: vectors("positions", "m", Measure::Increment),
             velocities: vectors("velocities", "m/s", Measure::None),
-            radii: Arc::new(Port::f64("radii", "m", "particles", 1, Measure::None)),
-            ids: Arc::new(Port::u32("ids", "particles", 1)),
-            material: Arc::new(Port::u32("material", "particles", 1)),
+            radii: Arc::new(Port::f64("radii", "m", PARTICLES, 1, Measure::None)),
+            ids: Arc::new(Port::u32("ids", PARTICLES, 1)),
+            material: Arc::new(Port::u32("material", PARTICLES, 1)),
             contacts: ContactPorts::new("contact", "contacts", settings.writes_contact_forces),
             wall_contacts: ContactPorts::new("wall_contact", "wall-contacts", settings.writes_contact_forces),
             wall_loads: WallLoadPorts::new(),
@@ -38,14 +45,15 @@ impl ParticlePorts {
 
     /// Those that are read and written with these settings.
     pub fn declared(&self, settings: &Settings) -> Ports {
-        let read = |name, unit, components| Port::f64(name, unit, "particles", components, Measure::None);
+        let read = |name, unit, components| Port::f64(name, unit, PARTICLES, components, Measure::None).as_optional();
         let mut reads = Vec::new();
-        reads.extend(settings.reads_temperature.then(|| read("temperature", "K", 1)));
+        reads.extend((settings.contact.softening_rate > 0.0).then(|| read(TEMPERATURE, "K", 1)));
         let deflects = settings.substrate.is_some_and(|under| under.deflects);
         reads.extend(deflects.then(|| (*self.wall_loads.deflection).clone()));
         // Several beams of sound may push.
-        reads.extend(settings.fields.reads_acoustic_force.then(|| read("acoustic_force", "N", 3).as_sum()));
-        reads.extend(settings.reads_vapourised.then(|| Port::u8("vapourised", "particles", 1)));
+        reads.push(read(PUSH, "N", 3).as_sum());
+        // Rows that go are followed by their ids.
+        reads.extend(settings.come_and_go().then(|| Port::u8(VAPOURISED, PARTICLES, 1).as_optional()));
 
         let loads = settings.substrate.map(|_| self.wall_loads.written());
         let written = [&self.positions, &self.velocities, &self.radii].into_iter();
@@ -106,7 +114,7 @@ impl WallLoadPorts {
         Self {
             force: port("wall_contact_force", "N"),
             position: port("wall_contact_position", "m"),
-            deflection: Arc::new(Port::f64("wall_deflection", "m", "particles", 1, Measure::None)),
+            deflection: Arc::new(Port::f64("wall_deflection", "m", PARTICLES, 1, Measure::None)),
         }
     }
 

@@ -78,7 +78,7 @@ pub fn finish(
         None => 0.0,
     };
     let mut reply = reply(model, &state)?;
-    reply.ledger.extend(exchanged(model, from, &state, &dissipated, softening));
+    reply.ledger.extend(exchanged(model, (from, &state), &dissipated, softening, external.push.is_some()));
     reply.figures.insert("force evaluations".into(), f64::from(advanced.evaluations));
     if advanced.substeps > 0 {
         reply.figures.insert("substeps".into(), f64::from(advanced.substeps));

@@ -387,6 +387,11 @@ impl<'a> Evaluator<'a> {
         }
     }
 
+    /// Whether there is a push of sound.
+    pub fn is_pushed(&self) -> bool {
+        self.external.push.is_some()
+    }
+
     /// Adds the push of sound.
     fn push(&self, at: At<'_>, forces: &mut Forces) {
         let Some(push) = &self.external.push else { return };

@@ -40,8 +40,7 @@ pub fn start_forces(
         || model.settings.bond.is_some()
         || model.contact.surface.rolls;
     // The push of sound is another one in every window.
-    let pushed = model.settings.fields.reads_acoustic_force;
-    if pushed || depends && forces.step_s.to_bits() != step_s.to_bits() {
+    if evaluator.is_pushed() || depends && forces.step_s.to_bits() != step_s.to_bits() {
         forces_at_start(state, evaluator, t_s, step_s, &mut forces)?;
     }
     evaluator.lead(t_s, step_s)?;

@@ -11,8 +11,6 @@ pub struct FieldForces {
     pub near_field: Option<NearFieldSettings>,
     /// Magnetic field on magnetisable particles.
     pub magnetic: Option<Magnetic>,
-    /// True where a physics writes `acoustic_force`, the push of sound.
-    pub reads_acoustic_force: bool,
 }
 
 /// Where and when a field is there.

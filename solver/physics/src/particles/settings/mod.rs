@@ -30,12 +30,10 @@ pub struct Settings {
     pub start: Start,
     /// Seed of everything random.
     pub seed: u64,
-    /// Temperature in K while no thermal physics runs.
+    /// Temperature in K where nobody writes `temperature`, and of particles that are poured.
     pub temperature_k: f64,
-    /// True where a thermal physics writes `temperature`, which then softens the contacts.
-    pub reads_temperature: bool,
-    /// True where a thermal physics writes `vapourised`: a particle that is vapour leaves at the start of the next window.
-    pub reads_vapourised: bool,
+    /// True where `ids` is written although no dispenser and no domain asks for it: another physics may turn particles to vapour.
+    pub writes_ids: bool,
     /// True where `material` is written, the place of each particle's material in [`Self::materials`]: somebody reads it.
     pub writes_material: bool,
     /// True where the elastic normal force of each contact is written, for pictures and exports.
@@ -81,7 +79,7 @@ impl Settings {
     /// Whether particles may come or go during a run.
     #[must_use]
     pub fn come_and_go(&self) -> bool {
-        !self.pours.is_empty() || self.domain.is_some() || self.reads_vapourised
+        !self.pours.is_empty() || self.domain.is_some() || self.writes_ids
     }
 
     /// What a scene gets that says nothing else: seed 1, 300 K and gravity of 9.81 m/s² down the z axis; contacts without
@@ -95,8 +93,7 @@ impl Settings {
             start,
             seed: 1,
             temperature_k: 300.0,
-            reads_temperature: false,
-            reads_vapourised: false,
+            writes_ids: false,
             writes_material: false,
             writes_contact_forces: false,
             substrate: None,

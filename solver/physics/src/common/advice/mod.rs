@@ -1,37 +1,53 @@
-//! Advice on a scene before it runs: the dimensionless numbers that decide which physics matter and which fidelity
-//! suffices, each with what follows from it and a bound of what following it changes.
+//! Advice on a scene before it runs: what a piece of it is, and what a physics contributes.
 //!
-//! One file a number, with its definition, source and the argument of its threshold. Nothing is run: numbers come from the
-//! scene and its start configuration. What cannot be known before the run is replaced by a stated bound.
+//! Each physics holds its own numbers in its folder, one file a number, with its definition, source and the argument of its
+//! threshold. They rest on [`Facts`]: the scene, and what each physics tells of it in words that all share.
 
-mod beam_sampling;
-mod biot;
-mod boiling_step;
-mod charge_relaxation;
-mod contact_duration;
 mod facts;
-mod fourier;
-mod joule;
-mod laser;
-mod melting;
 mod moving_spot;
-mod optical_depth;
-mod peclet;
-mod radiation;
-mod size_parameter;
-mod spin;
-mod stokes;
-mod unread;
+mod told;
+
+use std::fmt;
 
 use serde::Serialize;
 use stagger_coupling::SolveError;
 
-use self::facts::Facts;
 pub use self::{
-    biot::lumped_error, charge_relaxation::charge_relaxation_s, optical_depth::absorbed_share,
-    size_parameter::edge_share, stokes::drag_coefficient, stokes::drag_over_stokes, stokes::relaxation_s,
+    facts::Facts,
+    moving_spot::MOVING_SPOT,
+    told::{BeamFacts, Body, BodyFacts, HeatFacts, LightFacts, Room},
 };
-use crate::Scene;
+
+/// What a physics contributes to advice.
+pub struct Advisor {
+    /// Adds what this physics alone knows of the scene. What the bodies are is told first; then the others follow in the order
+    /// of the list of physics.
+    pub tell: fn(&mut Facts<'_>) -> Result<(), SolveError>,
+    /// Its numbers, in the order in which they are told.
+    pub numbers: &'static [&'static Number],
+}
+
+impl fmt::Debug for Advisor {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Advisor").field("numbers", &self.numbers.len()).finish_non_exhaustive()
+    }
+}
+
+/// A number and what follows from it. One that several physics list is told once.
+pub struct Number {
+    /// Whether it asks what the scene lacks: it is told before all others.
+    pub asks_for_more: bool,
+    /// The advice; none where the number means nothing for the scene.
+    pub advise: fn(&Facts<'_>) -> Vec<Advice>,
+}
+
+impl Number {
+    /// A number on what a scene has.
+    #[must_use]
+    pub const fn of(advise: fn(&Facts<'_>) -> Vec<Advice>) -> Self {
+        Self { asks_for_more: false, advise }
+    }
+}
 
 /// What to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -122,7 +138,9 @@ pub enum Edit {
 }
 
 impl Edit {
-    fn set(key: impl Into<String>, value: impl Into<String>) -> Self {
+    /// `--set KEY=VALUE`.
+    #[must_use]
+    pub fn set(key: impl Into<String>, value: impl Into<String>) -> Self {
         Self::Set { key: key.into(), value: value.into() }
     }
 }
@@ -152,36 +170,9 @@ pub struct Advice {
 
 impl Advice {
     /// Advice without bounds and edits.
-    fn new(about: &str, number: &'static str, value: f64, meaning: &str, verdict: Verdict, says: String) -> Self {
+    #[must_use]
+    pub fn new(about: &str, number: &'static str, value: f64, meaning: &str, verdict: Verdict, says: String) -> Self {
         let (about, meaning) = (about.to_owned(), meaning.to_owned());
         Self { about, number, value, unit: "", meaning, verdict, says, effects: Vec::new(), edits: Vec::new() }
     }
-}
-
-/// Advice on a scene, in the order of its physics; `within` is the relative change that counts as none, 0.01 for a percent.
-///
-/// # Errors
-/// The particles of the scene cannot be placed.
-pub fn advise(scene: &Scene, within: f64) -> Result<Vec<Advice>, SolveError> {
-    let Some(facts) = Facts::of(scene, within)? else { return Ok(Vec::new()) };
-    let rules: [fn(&Facts<'_>) -> Vec<Advice>; 17] = [
-        unread::advise,
-        contact_duration::advise,
-        stokes::advise,
-        spin::advise,
-        fourier::advise,
-        peclet::advise,
-        biot::advise,
-        radiation::advise,
-        melting::advise,
-        laser::advise,
-        boiling_step::advise,
-        optical_depth::advise,
-        beam_sampling::advise,
-        moving_spot::advise,
-        size_parameter::advise,
-        joule::advise,
-        charge_relaxation::advise,
-    ];
-    Ok(rules.iter().flat_map(|rule| rule(&facts)).collect())
 }

@@ -1,18 +1,17 @@
 //! Optical depth of the bed: which fidelity of the light suffices.
 
-use stagger_coupling::math;
 use std::f64::consts::PI;
 
-use super::{
-    Advice, Edit, Effect, Quantity, Verdict,
-    facts::{Facts, Laser},
-};
-use stagger_physics::{
+use stagger_coupling::math;
+
+use super::light::{Laser, absorbed_share, lasers};
+use crate::{
     common::{
-        beam::Frame,
+        advice::{Advice, Edit, Effect, Facts, Number, Quantity, Verdict},
+        beam::{Beam, Frame},
         rays::{Limits, Pattern, Sampling, points_m},
     },
-    optics::Model,
+    optics::settings::Model,
 };
 
 /// Points over the beam and times over its way at which the light beside the particles is sampled.
@@ -21,27 +20,18 @@ const TIMES: usize = 16;
 /// Rays on the largest particle's cross-section in the beam's middle that give its power within a third.
 const RAYS_ON_ONE: f64 = 10.0;
 
-/// Share of the light meeting a sphere's cross-section that is absorbed along its chords: 1 − (1 − (1 + 2s) e^{−2s})/(2s²)
-/// with s = a R (van de Hulst 1957, section 11.22, for rays that go straight).
-#[must_use]
-pub fn absorbed_share(s: f64) -> f64 {
-    if s < 1e-3 {
-        // 4s/3 − s²: the closed form loses its digits here.
-        return 4.0 / 3.0 * s - s * s;
-    }
-    1.0 - (1.0 - (1.0 + 2.0 * s) * math::exp(-2.0 * s)) / (2.0 * s * s)
-}
-
-/// Advice on the fidelity of each laser, from τ = Σ q π R²/A over the area A that the particles cover: it does not depend on how
+/// The fidelity of each laser, from τ = Σ q π R²/A over the area A that the particles cover: it does not depend on how
 /// dense they lie. Light of the share e^{−τ} passes particles that are spread at random; a bed lets through less, a heap
 /// in the middle more where it is thin, so that half of τ is taken for the bound.
-pub(super) fn advise(facts: &Facts<'_>) -> Vec<Advice> {
-    facts.lasers.iter().flat_map(|laser| of(facts, laser)).collect()
+pub static OPTICAL_DEPTH: Number = Number::of(advise);
+
+fn advise(facts: &Facts<'_>) -> Vec<Advice> {
+    lasers(facts).flat_map(|laser| of(facts, &laser)).collect()
 }
 
 fn of(facts: &Facts<'_>, laser: &Laser<'_>) -> Vec<Advice> {
-    let beam = &laser.settings.beam;
-    let (lower, upper) = (facts.room.lower_m, facts.room.upper_m);
+    let (beam, bodies, light) = (&laser.settings.beam, &facts.bodies, laser.light);
+    let (lower, upper) = (bodies.room.lower_m, bodies.room.upper_m);
     let side = [0, 1, 2].map(|axis| upper[axis] - lower[axis]);
     let area_m2: f64 =
         (0..3).map(|axis| beam.direction[axis].abs() * side[(axis + 1) % 3] * side[(axis + 2) % 3]).sum();
@@ -54,21 +44,21 @@ fn of(facts: &Facts<'_>, laser: &Laser<'_>) -> Vec<Advice> {
         }
         Model::EnergyBalance | Model::Rays { .. } => 1.0,
     };
-    let taken = facts.bodies.iter().map(|body| body.number * share(body.radius_m) * PI * math::powi(body.radius_m, 2));
+    let taken = bodies.each.iter().map(|body| body.number * share(body.radius_m) * PI * math::powi(body.radius_m, 2));
     let depth = taken.sum::<f64>() / area_m2;
-    let beside = beside(facts, laser);
+    let beside = beside(facts, beam);
     let passed = (beside + (1.0 - beside) * math::exp(-0.5 * depth)).min(1.0);
-    let about = format!("{}.fidelity", laser.table);
+    let about = format!("{}.fidelity", light.table);
     let meaning = format!(
         "cross-sections of the particles that absorb, over the {area_m2:.1e} m2 that they cover; {:.1} % of the beam goes \
          beside it",
         100.0 * beside
     );
-    let energy = Effect { quantity: Quantity::AbsorbedEnergy, at_most: passed * laser.energy_j, share: passed };
+    let energy = Effect { quantity: Quantity::AbsorbedEnergy, at_most: passed * light.energy_j, share: passed };
     let effects = |facts: &Facts<'_>| {
         let mut effects = vec![energy];
-        if let Some(thermal) = facts.thermal {
-            let mean_k = passed * laser.energy_j / (facts.mass_kg() * facts.capacity_j_kg_k(thermal));
+        if let Some(heat) = &facts.heat {
+            let mean_k = passed * light.energy_j / (facts.bodies.mass_kg() * heat.capacity_j_kg_k);
             effects.extend(facts.temperatures(mean_k, 0.0).into_iter().take(1));
         }
         effects
@@ -91,7 +81,7 @@ fn of(facts: &Facts<'_>, laser: &Laser<'_>) -> Vec<Advice> {
             own
         }
         Model::BeerLambertMonograph { absorption_1_m } => {
-            let radius_m = facts.largest_m();
+            let radius_m = bodies.largest_m();
             let given = 4.0 / 3.0 * absorption_1_m * radius_m / absorbed_share(absorption_1_m * radius_m);
             let fits = given <= 1.0 + 10.0 * facts.within;
             let says =
@@ -103,7 +93,7 @@ fn of(facts: &Facts<'_>, laser: &Laser<'_>) -> Vec<Advice> {
             own
         }
         Model::Rays { sampling, .. } => {
-            let largest_m2 = PI * math::powi(facts.largest_m(), 2);
+            let largest_m2 = PI * math::powi(bodies.largest_m(), 2);
             let on_one = sampling.count as f64 * beam.profile.irradiance_1_m2(0.0) * largest_m2;
             let mut own = if on_one < RAYS_ON_ONE {
                 let says = format!(
@@ -115,11 +105,11 @@ fn of(facts: &Facts<'_>, laser: &Laser<'_>) -> Vec<Advice> {
             };
             if own.verdict == Verdict::Refine && on_one > 0.0 {
                 let count = (sampling.count as f64 * RAYS_ON_ONE / on_one).ceil();
-                own.edits = vec![Edit::set(format!("{}.rays.count", laser.table), format!("{count:.0}"))];
+                own.edits = vec![Edit::set(format!("{}.rays.count", light.table), format!("{count:.0}"))];
             }
             own
         }
-        Model::BeerLambert { .. } if all && facts.room.confined => {
+        Model::BeerLambert { .. } if all && bodies.room.confined => {
             let mut own = advice(
                 Verdict::Suffices,
                 "energy-balance suffices for the mean temperature: all light is absorbed; peaks need this fidelity"
@@ -138,15 +128,15 @@ fn of(facts: &Facts<'_>, laser: &Laser<'_>) -> Vec<Advice> {
 }
 
 /// Share of the beam that goes beside the particles' room, over its way.
-fn beside(facts: &Facts<'_>, laser: &Laser<'_>) -> f64 {
-    let beam = &laser.settings.beam;
+fn beside(facts: &Facts<'_>, beam: &Beam) -> f64 {
+    let room = &facts.bodies.room;
     let along =
         (0..3).fold(0, |most, axis| if beam.direction[axis].abs() > beam.direction[most].abs() { axis } else { most });
     let sampling =
         Sampling { count: POINTS, pattern: Pattern::Stratified, limits: Limits { threshold: 0.0, reflections: 1 } };
     let points = points_m(&beam.profile, &sampling);
     let frame = Frame::new(beam.direction);
-    let ends_s = beam.ends_s.min(facts.duration_s());
+    let ends_s = beam.ends_s.min(facts.duration_s);
     let lit_s = (ends_s - beam.starts_s).max(0.0);
     let mut outside = 0usize;
     for time in 0..TIMES {
@@ -154,29 +144,9 @@ fn beside(facts: &Facts<'_>, laser: &Laser<'_>) -> f64 {
         let spot_m = beam.spot_m(t_s);
         let out = |[u, v]: &&[f64; 2]| {
             let place = frame.point_m([*u, *v, 0.0], spot_m);
-            (0..3).any(|axis| {
-                axis != along && (place[axis] < facts.room.lower_m[axis] || place[axis] > facts.room.upper_m[axis])
-            })
+            (0..3).any(|axis| axis != along && (place[axis] < room.lower_m[axis] || place[axis] > room.upper_m[axis]))
         };
         outside += points.iter().filter(out).count();
     }
     outside as f64 / (POINTS * TIMES) as f64
-}
-
-#[cfg(test)]
-mod tests {
-    use super::absorbed_share;
-
-    #[test]
-    fn the_share_is_the_mean_over_the_chords_at_every_absorption() {
-        for s in [1e-6, 9e-4, 1.1e-3, 0.25, 2.0, 40.0] {
-            // Chord 2 √(1 − u) at the squared distance u from the centre; the integrand has a root's end at u = 1, where the
-            // midpoint rule is good to n^(−3/2).
-            let n = 100_000;
-            let one = |k: usize| -(-2.0 * s * (1.0 - (k as f64 + 0.5) / n as f64).sqrt()).exp_m1();
-            let mean = (0..n).map(one).sum::<f64>() / n as f64;
-            // The closed form cancels to some 1e-10 where it begins.
-            assert!((absorbed_share(s) / mean - 1.0).abs() < 1e-6, "{s}: {} and {mean}", absorbed_share(s));
-        }
-    }
 }

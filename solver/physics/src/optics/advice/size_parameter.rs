@@ -1,9 +1,14 @@
 //! Size parameter: whether light travels in straight rays past particles of this size.
 
-use stagger_coupling::math;
 use std::f64::consts::PI;
 
-use super::{Advice, Verdict, facts::Facts};
+use stagger_coupling::math;
+
+use super::light::{Laser, lasers};
+use crate::{
+    common::advice::{Advice, Facts, Number, Verdict},
+    optics::settings::Model,
+};
 
 /// Wavelength of Nd:YAG and fibre lasers, in m: the scene does not name one.
 const WAVELENGTH_M: f64 = 1.06e-6;
@@ -17,13 +22,13 @@ pub fn edge_share(size_parameter: f64) -> f64 {
     2.0 * math::powf(size_parameter, -2.0 / 3.0)
 }
 
-/// Advice on rays and on lines of Beer and Lambert, which are rays too.
-pub(super) fn advise(facts: &Facts<'_>) -> Vec<Advice> {
-    let rays = |laser: &super::facts::Laser<'_>| {
-        !matches!(laser.settings.model, stagger_physics::optics::Model::EnergyBalance)
-    };
-    let Some(laser) = facts.lasers.iter().find(|laser| rays(laser)) else { return Vec::new() };
-    let value = 2.0 * PI * facts.smallest_m() / WAVELENGTH_M;
+/// Rays, and lines of Beer and Lambert, which are rays too.
+pub static SIZE_PARAMETER: Number = Number::of(advise);
+
+fn advise(facts: &Facts<'_>) -> Vec<Advice> {
+    let rays = |laser: &Laser<'_>| laser.settings.model != Model::EnergyBalance;
+    let Some(laser) = lasers(facts).find(rays) else { return Vec::new() };
+    let value = 2.0 * PI * facts.bodies.smallest_m() / WAVELENGTH_M;
     let large = value >= LARGE;
     let edge = 100.0 * edge_share(value);
     let verdict = if large { Verdict::Suffices } else { Verdict::Beyond };
@@ -35,7 +40,7 @@ pub(super) fn advise(facts: &Facts<'_>) -> Vec<Advice> {
             .to_owned()
     };
     let meaning = "circumference of the smallest particle over a wavelength of 1.06 um (at 10.6 um a tenth of it)";
-    vec![Advice::new(&format!("{}.fidelity", laser.table), "size parameter", value, meaning, verdict, says)]
+    vec![Advice::new(&format!("{}.fidelity", laser.light.table), "size parameter", value, meaning, verdict, says)]
 }
 
 #[cfg(test)]
@@ -43,7 +48,7 @@ mod tests {
     use nalgebra::Complex;
 
     use super::edge_share;
-    use stagger_physics::common::rays::{RefractiveIndex, reflectance};
+    use crate::common::rays::{RefractiveIndex, reflectance};
 
     /// Share of the light on its cross-section that a sphere of index m absorbs by Mie's series (Bohren & Huffman 1983,
     /// appendix A): Q_ext − Q_sca.

@@ -1,7 +1,10 @@
 //! Contact duration over the step that integrates it.
 
-use super::{Advice, Edit, Effect, Quantity, Verdict, facts::Facts};
-use stagger_physics::particles::Integrator;
+use super::flight::speed_m_s;
+use crate::{
+    common::advice::{Advice, Edit, Effect, Facts, Number, Quantity, Verdict},
+    particles::settings::{Integrator, Settings},
+};
 
 /// Steps to the shortest contact below which rebounds are wrong by more than a percent: the error of a Verlet collision falls
 /// with the square of their number, and is 0.1 to 0.3 % at 25.
@@ -15,20 +18,23 @@ fn rebound_error(steps: f64) -> f64 {
     2.0 / (steps * steps)
 }
 
-/// Advice on the step of the particles' motion: t_c/Δt with t_c the duration of the shortest contact, from an impact of the
+/// The step of the particles' motion: t_c/Δt with t_c the duration of the shortest contact, from an impact of the
 /// smallest particles at the highest speed there can be (Johnson 1985, section 11.4).
-pub(super) fn advise(facts: &Facts<'_>) -> Vec<Advice> {
-    let contact_s = facts.expectation.contact_s;
-    let Some(speed) = facts.speed_m_s().filter(|_| contact_s.is_finite()) else { return Vec::new() };
-    let automatic_s = facts.expectation.substep_s;
-    let (about, step_s) = match facts.settings.integrator {
+pub static CONTACT_DURATION: Number = Number::of(advise);
+
+fn advise(facts: &Facts<'_>) -> Vec<Advice> {
+    let contact_s = facts.bodies.contact_s;
+    let Some(settings) = facts.tables.main::<Settings>().filter(|_| contact_s.is_finite()) else { return Vec::new() };
+    let Some(speed) = speed_m_s(facts, settings) else { return Vec::new() };
+    let automatic_s = facts.bodies.substep_s;
+    let (about, step_s) = match settings.integrator {
         Integrator::Held => return Vec::new(),
-        Integrator::Trapezoidal { .. } => ("coupling.dt.limit", facts.scene.coupling.dt.limit_s),
+        Integrator::Trapezoidal { .. } => ("coupling.dt.limit", facts.coupling.dt.limit_s),
         Integrator::Verlet { substep_s } => {
-            ("particles.integrator.substep", substep_s.unwrap_or(automatic_s).min(facts.scene.coupling.dt.limit_s))
+            ("particles.integrator.substep", substep_s.unwrap_or(automatic_s).min(facts.coupling.dt.limit_s))
         }
     };
-    let by_hand = !matches!(facts.settings.integrator, Integrator::Verlet { substep_s: None });
+    let by_hand = !matches!(settings.integrator, Integrator::Verlet { substep_s: None });
     let steps = contact_s / step_s;
     let meaning = format!("shortest contact, {contact_s:.2e} s, over the step of the motion, {step_s:.2e} s");
     let effect = |share: f64| Effect { quantity: Quantity::ReboundSpeed, at_most: share * speed, share };
@@ -46,10 +52,10 @@ pub(super) fn advise(facts: &Facts<'_>) -> Vec<Advice> {
         advice.effects = vec![effect(rebound_error(contact_s / automatic_s) + rebound_error(steps))];
     }
     if coarser || verdict == Verdict::Refine {
-        advice.edits = match facts.settings.integrator {
+        advice.edits = match settings.integrator {
             Integrator::Trapezoidal { .. } => {
                 // The first step is at most the largest, and must grow where it was that.
-                let begins = facts.scene.coupling.dt.start_s > automatic_s;
+                let begins = facts.coupling.dt.start_s > automatic_s;
                 let keys = ["coupling.dt.start", about].into_iter().skip(usize::from(!begins));
                 keys.map(|key| Edit::set(key, format!("{automatic_s:.3e}"))).collect()
             }

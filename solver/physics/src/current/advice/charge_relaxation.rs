@@ -1,8 +1,9 @@
 //! Charge relaxation over the step: whether a steady current is found in each step.
 
-use stagger_physics::current::Settings;
-
-use super::{Advice, Verdict, facts::Facts};
+use crate::{
+    common::advice::{Advice, Facts, Number, Verdict},
+    current::{NODE, settings::Settings},
+};
 
 /// Permittivity of vacuum ε₀, in F/m (CODATA 2018).
 const VACUUM_F_M: f64 = 8.854_187_812_8e-12;
@@ -16,11 +17,13 @@ pub fn charge_relaxation_s(conductivity_s_m: f64) -> f64 {
     VACUUM_F_M / conductivity_s_m
 }
 
-/// Advice on the steady current: ε₀/(σ Δt), with the first step, which the step control starts from, and the least σ.
-pub(super) fn advise(facts: &Facts<'_>) -> Vec<Advice> {
-    let Some(current) = facts.scene.settings::<Settings>() else { return Vec::new() };
+/// The steady current: ε₀/(σ Δt), with the first step, which the step control starts from, and the least σ.
+pub static CHARGE_RELAXATION: Number = Number::of(advise);
+
+fn advise(facts: &Facts<'_>) -> Vec<Advice> {
+    let Some(current) = facts.tables.main::<Settings>() else { return Vec::new() };
     let [least, _] = current.conductivity.range_s_m();
-    let dt_s = facts.scene.coupling.dt.start_s;
+    let dt_s = facts.coupling.dt.start_s;
     if least <= 0.0 {
         return Vec::new();
     }
@@ -34,7 +37,7 @@ pub(super) fn advise(facts: &Facts<'_>) -> Vec<Advice> {
     };
     let meaning =
         format!("time in which charge settles, epsilon_0/sigma = {:.1e} s, over the first step", value * dt_s);
-    vec![Advice::new("current", "charge relaxation over step", value, &meaning, verdict, says.into())]
+    vec![Advice::new(NODE, "charge relaxation over step", value, &meaning, verdict, says.into())]
 }
 
 #[cfg(test)]

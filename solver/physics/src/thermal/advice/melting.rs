@@ -1,23 +1,29 @@
 //! Energy of the light and of the current over what melting begins at.
 
-use super::{Advice, Edit, Verdict, facts::Facts};
+use super::heat::all;
+use crate::{
+    common::advice::{Advice, Edit, Facts, Number, Verdict},
+    thermal::settings::Enthalpy,
+};
 
-/// Advice on phases: the enthalpy that particles can get, over that from the start to the solidus, (θ_max − θ_0)/(θ_s − θ_0)
+/// Phases: the enthalpy that particles can get, over that from the start to the solidus, (θ_max − θ_0)/(θ_s − θ_0)
 /// with the temperature θ_max that the hottest particle would have without melting and without losing heat. From 1 on it
 /// may melt; where the mean rise alone is that much, all does.
-pub(super) fn advise(facts: &Facts<'_>) -> Vec<Advice> {
-    let Some(thermal) = facts.thermal else { return Vec::new() };
-    let Some(hottest_k) = facts.hottest_without_phases_k(thermal) else { return Vec::new() };
+pub static MELTING: Number = Number::of(advise);
+
+fn advise(facts: &Facts<'_>) -> Vec<Advice> {
+    let Some((thermal, heat)) = all(facts) else { return Vec::new() };
+    let Some(hottest_k) = facts.hottest_without_phases_k(heat) else { return Vec::new() };
     let start_k = thermal.temperature_k;
-    let known = facts.settings.materials.iter().filter_map(|material| facts.scene.solidus_k.get(&material.name));
+    let known = facts.bodies.materials.iter().filter_map(|material| facts.solidus_k.get(material));
     let solidus_k = known.fold(f64::INFINITY, |least, own| least.min(*own));
     if !solidus_k.is_finite() || solidus_k <= start_k || hottest_k <= start_k {
         return Vec::new();
     }
     let value = (hottest_k - start_k) / (solidus_k - start_k);
-    let [light_k, _] = facts.light_rise_k(thermal);
+    let [light_k, _] = facts.light_rise_k(heat);
     let surely = light_k > solidus_k - start_k;
-    let phases = thermal.enthalpy.as_ref().is_some_and(stagger_physics::thermal::Enthalpy::changes_phase);
+    let phases = thermal.enthalpy.as_ref().is_some_and(Enthalpy::changes_phase);
     let verdict = match (phases, value >= 1.0) {
         (true, true) => Verdict::Keep,
         (true, false) => Verdict::Drop,
@@ -36,7 +42,7 @@ pub(super) fn advise(facts: &Facts<'_>) -> Vec<Advice> {
     match verdict {
         Verdict::Drop => {
             // The same equations, solved for the enthalpy or for the temperature: equal within the tolerances.
-            let tolerance = facts.scene.coupling.tolerance_of("temperature").max(thermal.tolerance);
+            let tolerance = facts.coupling.tolerance_of("temperature").max(thermal.tolerance);
             let change_k = 100.0 * tolerance * hottest_k;
             advice.effects = facts.temperatures(change_k, change_k);
             advice.edits = facts.without(&["thermal.phases"], &[]);

@@ -1,12 +1,16 @@
 //! Stokes number: how long a particle keeps its speed against the gas, over the time of the run.
 
-use stagger_coupling::math;
-use stagger_physics::particles::Integrator;
 use std::f64::consts::PI;
 
-use super::{
-    Advice, Edit, Effect, Quantity, Verdict,
-    facts::{Body, Facts},
+use stagger_coupling::math;
+
+use super::flight::flight_s;
+use crate::{
+    common::advice::{Advice, Body, Edit, Effect, Facts, Number, Quantity, Verdict},
+    particles::{
+        model::ports::PUSH,
+        settings::{Integrator, Settings},
+    },
 };
 
 /// Viscosity of air at room temperature, in Pa s, for scenes that say nothing of a gas.
@@ -48,46 +52,47 @@ pub fn drag_over_stokes(re: f64) -> f64 {
     if re <= 1.0 { 1.0 } else { at(re).max(at(re.min(DRAG_CRISIS))) }
 }
 
-/// Advice on drag: St = τ/t with t the time in which particles move: the run, or twice the longest fall.
+/// Drag: St = τ/t with t the time in which particles move: the run, or twice the longest fall.
 ///
 /// A speed v loses at most v t/τ, and a place so changes by at most v t²/(2τ): the share 1/(2 St) of the way v t. Speeds are
 /// bounded by the highest there can be without drag; a gas that streams adds its own. Where particles meet, the mean is not
-/// known better than `Facts::scatter_m`, which is in the bound, but not in the verdict.
+/// known better than `BodyFacts::scatter_m`, which is in the bound, but not in the verdict.
 ///
 /// The scene's drag is Stokes', and leaving it out changes what Stokes' law does. What a real gas or liquid does is C_D(Re)
 /// Re/24 times that: τ of a scene without drag is of that law, and where it matters, but Stokes' part of it does not, no setting
 /// covers it.
-pub(super) fn advise(facts: &Facts<'_>) -> Vec<Advice> {
-    if matches!(facts.settings.integrator, Integrator::Held) {
-        return Vec::new();
-    }
-    let t_s = facts.flight_s();
-    let viscosity_pa_s = facts.settings.drag.map_or(AIR_PA_S, |drag| drag.viscosity_pa_s);
-    let gas = facts.settings.drag.map_or(0.0, |drag| drag.velocity_m_s.iter().map(|v| v * v).sum::<f64>().sqrt());
+pub static STOKES: Number = Number::of(advise);
+
+fn advise(facts: &Facts<'_>) -> Vec<Advice> {
+    let moving = |settings: &&Settings| settings.integrator != Integrator::Held;
+    let Some(settings) = facts.tables.main::<Settings>().filter(moving) else { return Vec::new() };
+    let t_s = flight_s(facts, settings);
+    let viscosity_pa_s = settings.drag.map_or(AIR_PA_S, |drag| drag.viscosity_pa_s);
+    let gas = settings.drag.map_or(0.0, |drag| drag.velocity_m_s.iter().map(|v| v * v).sum::<f64>().sqrt());
     // Attraction between particles moves no mean: the fields from outside do.
-    let speed = facts.expectation.speed_m_s;
+    let speed = facts.bodies.speed_m_s;
     let density_kg_m3 = if viscosity_pa_s < GAS_PA_S { AIR_KG_M3 } else { LIQUID_KG_M3 };
     let reynolds = |body: &Body| 2.0 * body.radius_m * density_kg_m3 * (speed + gas) / viscosity_pa_s;
     let stokes_s = |body: &Body| relaxation_s(body.mass_kg, body.radius_m, viscosity_pa_s);
     let real_s = |body: &Body| stokes_s(body) / drag_over_stokes(reynolds(body));
-    let least = |of: &dyn Fn(&Body) -> f64| facts.bodies.iter().map(of).fold(f64::INFINITY, f64::min);
-    let there = facts.settings.drag.is_some();
+    let least = |of: &dyn Fn(&Body) -> f64| facts.bodies.each.iter().map(of).fold(f64::INFINITY, f64::min);
+    let there = settings.drag.is_some();
     // Half of the share of a speed that is lost, by Stokes' law and by that of a real gas.
     let [stokes_s, real_s] = [least(&stokes_s), least(&real_s)];
     let lost = |fastest_s: f64| (0.5 * t_s / fastest_s).min(1.0);
     let fastest_s = if there { stokes_s } else { real_s };
     let (stokes, slowed) = (fastest_s / t_s, lost(fastest_s));
     let way_m = speed * t_s;
-    let at_most = slowed * (way_m + gas * t_s) + facts.scatter_m();
+    let at_most = slowed * (way_m + gas * t_s) + facts.bodies.scatter_m();
     let share_of = |slowed: f64| if way_m > 0.0 { slowed * (1.0 + gas / speed) } else { slowed };
     let share = share_of(slowed);
     let small = share <= facts.within;
     // Stokes' law says that drag does not matter, and the law that holds says that it does.
     let beyond = share_of(lost(stokes_s)) <= facts.within && share_of(lost(real_s)) > facts.within;
-    let reynolds = facts.bodies.iter().map(reynolds).fold(0.0, f64::max);
+    let reynolds = facts.bodies.each.iter().map(reynolds).fold(0.0, f64::max);
     let gas_is = if there { "the gas" } else { "air of 1.8e-5 Pa s" };
     // What sound or a magnet pushes depends on where each particle is: the least change grows, and no mean is bounded.
-    let pushed = facts.settings.fields.reads_acoustic_force || facts.settings.fields.magnetic.is_some();
+    let pushed = facts.written.contains(PUSH) || settings.fields.magnetic.is_some();
     let verdict = match (there, small) {
         _ if pushed => Verdict::Keep,
         _ if beyond => Verdict::Beyond,
