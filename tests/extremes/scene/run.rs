@@ -13,6 +13,7 @@ use std::{
 use stagger_config::Problems;
 use stagger_coupling::{CouplingController, InProcess, Ledger, Listener, Outcome};
 use stagger_messages::{Decision, Ready};
+use stagger_physics::solid;
 use stagger_scene::Scene;
 
 /// Accepted steps that a scene is run for.
@@ -20,7 +21,7 @@ const STEPS: usize = 4;
 /// Substeps of the particles after which it is run no longer: a million are allowed in one step.
 const SUBSTEPS: f64 = 5e3;
 
-/// Particles and rays that a scene may have to be run.
+/// Particles and rays, or cells, that a scene may have to be run.
 const LARGEST: f64 = 100_100.0;
 
 /// A case that takes longer than this hangs: the shortest take a millisecond, the longest of those that are known two seconds.
@@ -72,10 +73,11 @@ pub enum End {
 }
 
 impl Base {
-    /// Whether a run of it is short enough: a particle or a ray more costs its share of time, and nothing else.
+    /// Whether a run of it is short enough: a particle, a ray or a cell more costs its share of time, and nothing else.
     fn is_small(scene: &Scene) -> bool {
         let counts = scene.effective.iter().filter(|value| value.path.ends_with(".count"));
-        counts.flat_map(|value| &value.si).sum::<f64>() <= LARGEST
+        let cells = scene.settings::<solid::Settings>().map_or(0, |solid| solid.grid.len());
+        counts.flat_map(|value| &value.si).sum::<f64>() <= LARGEST && cells as f64 <= LARGEST
     }
 
     /// Reads the scene with overrides.

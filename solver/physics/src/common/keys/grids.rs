@@ -46,6 +46,10 @@ static FINE_SECTION: Section = Section {
 
 /// Most cells along an axis: beyond, edges alone would fill memory.
 const MOST_ALONG: f64 = 100_000.0;
+/// Most cells of a grid: some 200 bytes each are 50 GB.
+const MOST_CELLS: f64 = 250e6;
+/// Growth below which cells hardly grow, and are counted as if they did not.
+const HARDLY: f64 = 1.01;
 
 /// Reads all grids, in the order of the file; one with a mistake is left out.
 pub fn read(root: &Table<'_>, key: &'static Key) -> Vec<CellGrid> {
@@ -69,18 +73,28 @@ fn grid(name: &str, table: Table<'_>) -> Option<CellGrid> {
     });
     let widths_m = widths_m.filter(|widths_m| {
         let fits = (0..3).all(|axis| {
-            let fine_m = fine.map_or(upper_m[axis] - lower_m[axis], |fine| fine[axis].to_m - fine[axis].from_m);
-            fine_m / widths_m[axis] <= MOST_ALONG
+            let whole_m = upper_m[axis] - lower_m[axis];
+            let grows = |fine: &[Fine; 3]| fine[axis].growth > HARDLY;
+            let fine_m = fine.filter(grows).map_or(whole_m, |fine| fine[axis].to_m - fine[axis].from_m);
+            fine_m.min(whole_m) / widths_m[axis] <= MOST_ALONG
         });
         if is_box && !fits {
             table.reject(&CELL, format!("expected at most {MOST_ALONG} cells along each axis, found more"));
         }
         fits
     });
+    let edges =
+        |axis: usize, width_m: f64| graded_edges(lower_m[axis], upper_m[axis], width_m, fine.map(|fine| fine[axis]));
+    let grid = widths_m
+        .filter(|_| is_box)
+        .map(|widths_m| CellGrid { name: name.into(), edges_m: [0, 1, 2].map(|axis| edges(axis, widths_m[axis])) });
+    let cells = grid.as_ref().map_or(0.0, |grid| grid.counts().iter().map(|&count| count as f64).product());
+    if cells > MOST_CELLS {
+        let hint = Some("give a part of the box as `fine`, or take wider cells".into());
+        table.reject_with(&CELL, format!("expected at most {MOST_CELLS:e} cells, found {cells:.0}"), hint);
+    }
     table.finish();
-    let widths_m = widths_m.filter(|_| is_box)?;
-    let edges = |axis: usize| graded_edges(lower_m[axis], upper_m[axis], widths_m[axis], fine.map(|fine| fine[axis]));
-    Some(CellGrid { name: name.into(), edges_m: [0, 1, 2].map(edges) })
+    grid.filter(|_| cells <= MOST_CELLS)
 }
 
 fn widths(table: &Table<'_>) -> Option<[f64; 3]> {
