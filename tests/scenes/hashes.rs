@@ -143,6 +143,7 @@ hashes! {
     hash_of_mixed_powder "mixed-powder.toml"
     hash_of_pile "pile.toml"
     hash_of_piston "piston.toml"
+    hash_of_plate_track "plate-track.toml"
     hash_of_quick "quick.toml"
     hash_of_sintering "sintering.toml"
     hash_of_substrate "substrate.toml"

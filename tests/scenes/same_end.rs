@@ -104,6 +104,7 @@ same_ends! {
     same_end_of_mixed_powder "mixed-powder.toml"
     same_end_of_pile "pile.toml"
     same_end_of_piston "piston.toml"
+    same_end_of_plate_track "plate-track.toml"
     same_end_of_quick "quick.toml"
     same_end_of_sintering "sintering.toml"
     same_end_of_substrate "substrate.toml"

@@ -41,6 +41,7 @@ fn settings(count: usize) -> Settings {
         conductance: Conductance::Monograph,
         walls: Vec::new(),
         phi: 0.5,
+        solid: None,
         overshoot: Overshoot::Implicit,
         pour_temperature_k: None,
         start: None,

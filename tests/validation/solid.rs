@@ -1,5 +1,6 @@
 //! Heat in a solid on a grid against closed forms: modes, interfaces, phases, moving sources, second sound.
 
+mod contacts;
 mod modes;
 mod phases;
 mod second_sound;

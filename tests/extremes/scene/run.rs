@@ -21,8 +21,10 @@ const STEPS: usize = 4;
 /// Substeps of the particles after which it is run no longer: a million are allowed in one step.
 const SUBSTEPS: f64 = 5e3;
 
-/// Particles and rays, or cells, that a scene may have to be run.
+/// Particles and rays that a scene may have to be run.
 const LARGEST: f64 = 100_100.0;
+/// Cells that a scene may have to be run: each window solves for all of them several times.
+const MOST_CELLS: usize = 3000;
 
 /// A case that takes longer than this hangs: the shortest take a millisecond, the longest of those that are known two seconds.
 const HANGS: Duration = Duration::from_secs(120);
@@ -77,7 +79,7 @@ impl Base {
     fn is_small(scene: &Scene) -> bool {
         let counts = scene.effective.iter().filter(|value| value.path.ends_with(".count"));
         let cells = scene.settings::<solid::Settings>().map_or(0, |solid| solid.grid.len());
-        counts.flat_map(|value| &value.si).sum::<f64>() <= LARGEST && cells as f64 <= LARGEST
+        counts.flat_map(|value| &value.si).sum::<f64>() <= LARGEST && cells <= MOST_CELLS
     }
 
     /// Reads the scene with overrides.

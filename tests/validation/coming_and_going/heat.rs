@@ -23,6 +23,7 @@ fn thermal() -> Thermal {
         conductance: Conductance::Monograph,
         walls: vec![wall],
         phi: 0.5,
+        solid: None,
         overshoot: Overshoot::Implicit,
         start: None,
         enthalpy: None,

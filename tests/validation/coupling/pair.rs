@@ -52,6 +52,7 @@ fn members(integrator: Integrator, phi: f64) -> BTreeMap<String, Box<dyn Partici
         conductance: Conductance::Monograph,
         walls,
         phi,
+        solid: None,
         overshoot: Overshoot::Implicit,
         start: None,
         pour_temperature_k: None,

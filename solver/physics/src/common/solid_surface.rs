@@ -64,6 +64,18 @@ impl SolidSurface {
         is_met.then_some(point)
     }
 
+    /// The cell under a place; beyond the edge the nearest one.
+    #[must_use]
+    pub fn cell_at(&self, x_m: f64, y_m: f64) -> usize {
+        let [i, j] = [(0, x_m), (1, y_m)].map(|(axis, at_m)| self.nearest(axis, at_m));
+        i + j * self.cells.counts()[0]
+    }
+
+    fn nearest(&self, axis: usize, at_m: f64) -> usize {
+        let edges_m = &self.cells.edges_m[axis];
+        edges_m.partition_point(|edge| *edge <= at_m).saturating_sub(1).min(edges_m.len().saturating_sub(2))
+    }
+
     /// Spreads an amount evenly over a square around a point, `half_m` to each side, and adds to each cell what of the square
     /// lies on it. What lies beyond the face goes to the cells at its edge, so that the whole amount arrives.
     pub fn spread(&self, point: Vec3, half_m: f64, amount: f64, onto: &mut [f64]) {
@@ -79,9 +91,7 @@ impl SolidSurface {
     /// Cells along an axis with their shares of the interval from `at_m − half_m` to `at_m + half_m`; they add up to 1.
     fn overlaps(&self, axis: usize, at_m: f64, half_m: f64) -> Vec<(usize, f64)> {
         let edges_m = &self.cells.edges_m[axis];
-        let last = edges_m.len().saturating_sub(2);
-        let cell = |at_m: f64| edges_m.partition_point(|edge| *edge <= at_m).saturating_sub(1).min(last);
-        let [from, to] = [at_m - half_m, at_m + half_m].map(cell);
+        let [from, to] = [at_m - half_m, at_m + half_m].map(|at_m| self.nearest(axis, at_m));
         if from == to {
             return vec![(from, 1.0)];
         }

@@ -185,7 +185,7 @@ impl Solid {
         let energies_j = self.energies_j(&state.enthalpies_j_kg);
         let stepped = explicit.advance(energies_j, state.temperatures_k.to_vec(), dt_s);
         let Some(stepped) = stepped else {
-            let reason = "an explicit [solid] takes more than a million substeps";
+            let reason = "an explicit [solid] takes more than 20 000 substeps";
             return Ok(Ended {
                 energies_j: self.energies_j(&state.enthalpies_j_kg),
                 temperatures_k: state.temperatures_k.to_vec(),

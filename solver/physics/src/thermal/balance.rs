@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use super::{
     Solver, Table,
     ambient::{Exchange, Lost},
-    network::Network,
+    network::{Network, ToWalls},
     newton,
 };
 use crate::common::enthalpy_curve::Curve;
@@ -53,8 +53,8 @@ pub(super) struct Inserted {
     rounding: f64,
     /// Largest |θ| in K.
     pub(super) largest_k: f64,
-    /// Heat flow to the walls in W.
-    pub(super) to_walls_w: f64,
+    /// Heat flow to the walls.
+    pub(super) to_walls: ToWalls,
     /// Heat flow to the ambient in W.
     pub(super) lost_w: Lost,
 }
@@ -102,7 +102,7 @@ impl Balance<'_> {
             let each: Vec<f64> = self.kinds.iter().zip(trial_k).map(of).collect();
             self.network.to_mut().conduct_with(&each, self.radii_m);
         }
-        inserted.to_walls_w = self.network.heat_flow(trial_k, flow_w);
+        inserted.to_walls = self.network.heat_flow(trial_k, flow_w);
         inserted.lost_w = self.exchange.as_ref().map_or_else(Lost::default, |exchange| exchange.add(trial_k, flow_w));
         inserted.energies_j.clear();
         inserted.temperatures_k.clear();

@@ -10,7 +10,7 @@ use super::{
     ambient::Exchange,
     balance::{Balance, Solved},
     figures,
-    network::{Conductivities, Network},
+    network::{Conductivities, GivenToWalls, Network},
     overshoot::{AtStart, Holds, Weights, weights},
     particles::Carried,
     presence::{Boiling, Presence},
@@ -200,10 +200,10 @@ impl Form {
         let varies = tables.iter().any(|table| !table.is_constant());
         let mut flow_w = vec![0.0; start_k.len()];
         let flow_at_start = |network: &Network, exchange: Option<&Exchange>, flow_w: &mut [f64]| {
-            let to_walls_w = network.heat_flow(&start_k, flow_w);
-            (to_walls_w, exchange.map(|exchange| exchange.add(&start_k, flow_w)).unwrap_or_default())
+            let to_walls = network.heat_flow(&start_k, flow_w);
+            (to_walls, exchange.map(|exchange| exchange.add(&start_k, flow_w)).unwrap_or_default())
         };
-        let (mut walls_at_start_w, mut lost_at_start_w) = flow_at_start(&at_start, exchange.as_ref(), &mut flow_w);
+        let (mut walls_at_start, mut lost_at_start_w) = flow_at_start(&at_start, exchange.as_ref(), &mut flow_w);
         let start =
             AtStart { network: &at_start, exchange: exchange.as_ref(), temperatures_k: &start_k, flow_w: &flow_w };
         let held = Enthalpies { masses_kg: &masses_kg, start_j_kg: &start_j_kg, kinds: &kinds, curves: &curves };
@@ -223,7 +223,7 @@ impl Form {
                 network = Cow::Owned(at_end.lasting(shares));
                 exchange = exchange.map(|exchange| Cow::Owned(exchange.lasting(shares)));
                 let lasting = at_start.lasting(shares);
-                (walls_at_start_w, lost_at_start_w) = flow_at_start(&lasting, exchange.as_deref(), &mut flow_w);
+                (walls_at_start, lost_at_start_w) = flow_at_start(&lasting, exchange.as_deref(), &mut flow_w);
             }
             let known_j = (0..start_k.len()).map(|i| {
                 let power_w = power_w.map_or(0.0, |power_w| presence.of(i) * power_w[i]);
@@ -251,7 +251,9 @@ impl Form {
         finite(NODE, "temperature", 1, &inserted.temperatures_k)?;
 
         let mean = |start: f64, end: f64| dt_s * (end_weight * end + before_weight * start);
-        let mut exchanged = vec![Energy::lost("to_walls", mean(walls_at_start_w, inserted.to_walls_w))];
+        let GivenToWalls { held_j, surface_j } =
+            inserted.to_walls.over(end_weight * dt_s, &walls_at_start, before_weight * dt_s);
+        let mut exchanged = vec![Energy::lost("to_walls", held_j)];
         if balance.exchange.is_some() {
             let (start, end) = (lost_at_start_w, inserted.lost_w);
             exchanged.push(Energy::lost("convected", mean(start.convected, end.convected)));
@@ -287,6 +289,7 @@ impl Form {
             held: Some(Held { enthalpies_j_kg, melted, vapourised, gone }),
             stored,
             exchanged,
+            surface_j,
             poured_j,
             removed_j,
             missed_j,

@@ -182,6 +182,7 @@ fn read(table: Table<'_>, surroundings: &Surroundings<'_, '_>) -> Settings {
             _ => Conductance::Monograph,
         },
         walls: walls.to_vec(),
+        solid: surroundings.solid.cloned(),
         phi: table.number(&PHI),
         overshoot: match table.choice(&OVERSHOOT) {
             "smaller-step" => Overshoot::SmallerStep,

@@ -28,6 +28,7 @@ use stagger_messages::{Energy, Field, Fields, Measure, Port, Ports, Values};
 use crate::common::{
     PARTICLES,
     checks::{energy_j, finite, positive, setting},
+    power_port,
 };
 
 const NODE: &str = "thermal";
@@ -53,6 +54,9 @@ const NODE: &str = "thermal";
 /// vapour before the window's end; and the rounding of the moment at which they were. So `absorbed` and `joule` are what their writers say they gave. Radii do not change during a
 /// run.
 ///
+/// Where a wall is the upper face of a solid on a grid ([`Settings::solid`]), each contact with it takes the temperature of the
+/// cell under it, `surface_temperature`, and gives it `surface_heat`, a power for each cell and the mean over the window.
+///
 /// With [`Settings::enthalpy`] the state is the enthalpy of each particle instead, from which temperature and phase follow:
 /// several materials, heat capacities and conductivities that depend on temperature, melting and boiling, and an ambient.
 /// Where a material changes phase, `melted` is the liquid share of what is not vapour in each particle, which stays 1 while it
@@ -66,6 +70,8 @@ pub struct Thermal {
     temperature: Arc<Port>,
     melted: Arc<Port>,
     vapourised: Arc<Port>,
+    /// Where contacts with a wall rest on a solid.
+    surface_heat: Option<Arc<Port>>,
 }
 
 /// The temperatures and, in enthalpy form, the enthalpies; cloning shares them.
@@ -114,6 +120,8 @@ struct Ended {
     held: Option<Held>,
     stored: Vec<Energy>,
     exchanged: Vec<Energy>,
+    /// To each cell of the solid's upper face, where there is one.
+    surface_j: Vec<f64>,
     poured_j: f64,
     removed_j: f64,
     /// Of the power, for particles that were vapour before the window's end.
@@ -165,6 +173,7 @@ impl Thermal {
             start.check(settings.count)?;
         }
         let form = settings.enthalpy.as_ref().map(|enthalpy| Form::new(&settings, enthalpy)).transpose()?;
+        let surface_heat = settings.on_solid().map(|_| Arc::new(power_port("surface_heat")));
         let port = |name, unit, measure| Arc::new(Port::f64(name, unit, PARTICLES, 1, measure));
         Ok(Self {
             form,
@@ -172,6 +181,7 @@ impl Thermal {
             temperature: port("temperature", "K", Measure::Magnitude),
             melted: port("melted", "1", Measure::None),
             vapourised: Arc::new(Port::u8("vapourised", PARTICLES, 1)),
+            surface_heat,
         })
     }
 
@@ -211,6 +221,14 @@ impl Thermal {
         Reply { fields, ledger, ..Reply::default() }
     }
 
+    /// Adds what the solid's upper face is given, in W on each cell, where there is one.
+    fn write_surface(&self, surface_w: Vec<f64>, reply: &mut Reply) -> Result<(), SolveError> {
+        if let Some(port) = &self.surface_heat {
+            reply.fields.insert(port.field.clone(), Field::new(port, 0, surface_w)?);
+        }
+        Ok(())
+    }
+
     /// A window in temperature form.
     fn advance(&self, inputs: Inputs<'_>, state: &State) -> Result<Ended, SolveError> {
         let Inputs { before, then, now, frozen, power_w, dt_s } = inputs;
@@ -233,7 +251,7 @@ impl Thermal {
             .fold(0.0, |sum, &row| sum + settings.capacity_j_k(radii_then_m[row]) * above_k(temperatures_k[row]));
 
         let advanced = trapezoidal::advance(settings, &capacities_j_k, &start_k, [&at_start, &at_end], power_w, dt_s)?;
-        let trapezoidal::Advanced { temperatures_k, to_walls_j, sweeps, not_converged, is_raised } = advanced;
+        let trapezoidal::Advanced { temperatures_k, to_walls, sweeps, not_converged, is_raised } = advanced;
         finite(NODE, "temperature", 1, &temperatures_k)?;
         let above_start_k = temperatures_k.iter().map(|&temperature_k| above_k(temperature_k));
         let heat_j =
@@ -243,7 +261,8 @@ impl Thermal {
             temperatures_k,
             held: None,
             stored: vec![Energy::stored("heat", heat_j)],
-            exchanged: vec![Energy::lost("to_walls", to_walls_j)],
+            exchanged: vec![Energy::lost("to_walls", to_walls.held_j)],
+            surface_j: to_walls.surface_j,
             poured_j,
             removed_j,
             missed_j: 0.0,
@@ -292,7 +311,9 @@ impl Physics for Thermal {
         if self.changes_phase() {
             ledger.push(Energy::stored("latent", latent_j));
         }
-        let reply = self.reply(&state, ledger);
+        let mut reply = self.reply(&state, ledger);
+        let cold = settings.on_solid().map_or_else(Vec::new, |solid| vec![0.0; solid.len()]);
+        self.write_surface(cold, &mut reply)?;
         Ok((state, reply))
     }
 
@@ -332,7 +353,9 @@ impl Physics for Thermal {
             _ => self.advance(inputs, state)?,
         };
 
+        let surface_w: Vec<f64> = ended.surface_j.iter().map(|joule| joule / window.dt_s).collect();
         let mut ledger = ended.stored;
+        ledger.extend(settings.on_solid().map(|_| Energy::lost("surface_heat", energy_j(&surface_w, window.dt_s))));
         ledger.push(Energy::gained("absorbed", absorbed_j));
         ledger.extend(ended.exchanged);
         ledger.extend(joule_j.map(|joule_j| Energy::gained("joule", joule_j)));
@@ -365,7 +388,8 @@ impl Physics for Thermal {
             }
         }
         let state = State { temperature, phases, enthalpies_j_kg, gone, raised, particles: Some(now) };
-        let reply = Reply { start, not_converged: ended.not_converged, figures, ..self.reply(&state, ledger) };
+        let mut reply = Reply { start, not_converged: ended.not_converged, figures, ..self.reply(&state, ledger) };
+        self.write_surface(surface_w, &mut reply)?;
         Ok((state, reply))
     }
 }

@@ -11,9 +11,9 @@ pub use crate::common::{Conductance, HeatMaterial as Material, PhaseChange, Phas
 use stagger_coupling::{SolveError, math};
 
 use crate::common::{
-    PARTICLES, Wall,
+    PARTICLES, SURFACE, SolidSurface, Wall,
     checks::{positive, setting},
-    contacts,
+    contacts, power_port,
 };
 
 /// Everything the particles' temperature depends on. SI units.
@@ -38,6 +38,8 @@ pub struct Settings {
     pub conductance: Conductance,
     /// Walls, in the order of the scene.
     pub walls: Vec<Wall>,
+    /// The solid on a grid whose upper face one of the walls is; `None` is none.
+    pub solid: Option<SolidSurface>,
     /// Weight φ in [0, 1] of the window's end (eqs. 6.44, 10.30).
     pub phi: f64,
     /// What is done where a window with this φ would carry a particle beyond all that surrounds it.
@@ -156,10 +158,15 @@ impl crate::Settings for Settings {
         let power = |name| particles(name, "W").as_sum().as_optional();
         reads.extend([power("absorbed_power"), power("joule_power"), Port::u32("ids", PARTICLES, 1).as_optional()]);
         reads.extend(self.reads_material().then(|| Port::u32("material", PARTICLES, 1)));
+        if self.on_solid().is_some() {
+            reads.push(Port::f64("surface_temperature", "K", SURFACE, 1, Measure::None));
+            reads.push(Port::f64("positions", "m", PARTICLES, 3, Measure::None));
+        }
         let mut writes = vec![Port::f64("temperature", "K", PARTICLES, 1, Measure::Magnitude)];
         if self.enthalpy.as_ref().is_some_and(Enthalpy::changes_phase) {
             writes.extend([particles("melted", "1"), Port::u8("vapourised", PARTICLES, 1)]);
         }
+        writes.extend(self.on_solid().map(|_| power_port("surface_heat")));
         Ports::new(reads, writes)
     }
 
@@ -169,6 +176,11 @@ impl crate::Settings for Settings {
 }
 
 impl Settings {
+    /// The solid that contacts with a wall rest on.
+    pub(super) fn on_solid(&self) -> Option<&SolidSurface> {
+        self.solid.as_ref().filter(|solid| solid.wall.is_some())
+    }
+
     /// Whether a field says what each particle is made of.
     pub(super) fn reads_material(&self) -> bool {
         self.enthalpy.as_ref().is_some_and(|enthalpy| enthalpy.materials.len() > 1)

@@ -2,7 +2,7 @@
 
 use super::{
     Settings,
-    network::Network,
+    network::{GivenToWalls, Network},
     overshoot::{AtStart, Holds, Weights, weights},
 };
 use stagger_coupling::{NotConverged, SolveError, math};
@@ -10,8 +10,8 @@ use stagger_coupling::{NotConverged, SolveError, math};
 /// Temperatures at a window's end and what it took to get there.
 pub(super) struct Advanced {
     pub(super) temperatures_k: Vec<f64>,
-    /// Heat given to the walls during the window, in J.
-    pub(super) to_walls_j: f64,
+    /// Heat given to the walls during the window.
+    pub(super) to_walls: GivenToWalls,
     pub(super) sweeps: u32,
     pub(super) not_converged: Option<NotConverged>,
     /// Whether the window's end had more weight than φ.
@@ -56,7 +56,7 @@ pub(super) fn advance(
     dt_s: f64,
 ) -> Result<Advanced, SolveError> {
     let mut flow_w = vec![0.0; start_k.len()];
-    let start_to_walls_w = at_start.heat_flow(start_k, &mut flow_w);
+    let start_to_walls = at_start.heat_flow(start_k, &mut flow_w);
     let start = AtStart { network: at_start, exchange: None, temperatures_k: start_k, flow_w: &flow_w };
     let Weights { start: before, end: phi, is_raised, not_converged: overshot } =
         weights(settings, dt_s, &start, &Constant { capacities_j_k, start_k })?;
@@ -68,7 +68,7 @@ pub(super) fn advance(
     let mut sweeps = 0;
     loop {
         sweeps += 1;
-        let end_to_walls_w = at_end.heat_flow(&iterate_k, &mut flow_w);
+        let end_to_walls = at_end.heat_flow(&iterate_k, &mut flow_w);
         let (mut change_k, mut largest_k) = (0.0_f64, 0.0_f64);
         for i in 0..start_k.len() {
             temperatures_k[i] = start_k[i] + (known_j[i] + phi * dt_s * flow_w[i]) / capacities_j_k[i];
@@ -81,9 +81,9 @@ pub(super) fn advance(
         // With φ = 0 nothing on the right is unknown.
         let converged = phi == 0.0 || change <= settings.tolerance;
         if converged || sweeps >= settings.iterations {
-            let to_walls_j = dt_s * (phi * end_to_walls_w + before * start_to_walls_w);
+            let to_walls = end_to_walls.over(phi * dt_s, &start_to_walls, before * dt_s);
             let not_converged = overshot.or_else(|| (!converged).then(|| not_converged(settings, change)));
-            return Ok(Advanced { temperatures_k, to_walls_j, sweeps, not_converged, is_raised });
+            return Ok(Advanced { temperatures_k, to_walls, sweeps, not_converged, is_raised });
         }
     }
 }

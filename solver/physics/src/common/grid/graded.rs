@@ -64,7 +64,8 @@ fn growing(length_m: f64, least_m: f64, growth: f64) -> Vec<f64> {
     let (mut low, mut high) = (0.0, growth);
     loop {
         let middle = 0.5 * (low + high);
-        if middle <= low || middle >= high {
+        // Also where the growth is no number.
+        if !(middle > low && middle < high) {
             break;
         }
         if filled_m(middle) < length_m { low = middle } else { high = middle }
@@ -94,6 +95,14 @@ mod tests {
         assert_eq!((edges[0], edges[edges.len() - 1]), (-1e-2, 0.0));
         assert_eq!(graded_edges(0.0, 1.0, 0.25, None), [0.0, 0.25, 0.5, 0.75, 1.0]);
         assert_eq!(graded_edges(0.0, 1.0, 5.0, None), [0.0, 1.0]);
+    }
+
+    #[test]
+    fn what_is_no_number_ends() {
+        for growth in [f64::NAN, f64::INFINITY] {
+            let fine = Fine { from_m: 0.2, to_m: 0.4, growth };
+            assert!(graded_edges(0.0, 1.0, 0.1, Some(fine)).len() > 2);
+        }
     }
 
     proptest! {

@@ -69,8 +69,9 @@ fn grid(name: &str, table: Table<'_>) -> Option<CellGrid> {
             fine.reject(&FINE_UPPER, "expected no component below that of `lower`");
         }
         fine.finish();
-        [0, 1, 2].map(|axis| Fine { from_m: lower[axis], to_m: upper[axis], growth })
+        growth.is_finite().then(|| [0, 1, 2].map(|axis| Fine { from_m: lower[axis], to_m: upper[axis], growth }))
     });
+    let (is_sound, fine) = (fine.is_none_or(|fine| fine.is_some()), fine.flatten());
     let widths_m = widths_m.filter(|widths_m| {
         let fits = (0..3).all(|axis| {
             let whole_m = upper_m[axis] - lower_m[axis];
@@ -86,7 +87,7 @@ fn grid(name: &str, table: Table<'_>) -> Option<CellGrid> {
     let edges =
         |axis: usize, width_m: f64| graded_edges(lower_m[axis], upper_m[axis], width_m, fine.map(|fine| fine[axis]));
     let grid = widths_m
-        .filter(|_| is_box)
+        .filter(|_| is_box && is_sound)
         .map(|widths_m| CellGrid { name: name.into(), edges_m: [0, 1, 2].map(|axis| edges(axis, widths_m[axis])) });
     let cells = grid.as_ref().map_or(0.0, |grid| grid.counts().iter().map(|&count| count as f64).product());
     if cells > MOST_CELLS {
