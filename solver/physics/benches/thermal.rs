@@ -88,6 +88,7 @@ fn thermal(count: usize, enthalpy: Option<Enthalpy>) -> Thermal {
         conductance: Conductance::Monograph,
         walls: vec![Wall::fixed("plate", Shape::plane([0.0; 3], [0.0, 0.0, 1.0]), Some(600.0))],
         phi: 0.5,
+        solid: None,
         overshoot: Overshoot::Implicit,
         tolerance: 1e-8,
         iterations: 100_000,

@@ -103,6 +103,7 @@ fn simulate(case: Case) -> Result<(), Box<dyn Error + Send + Sync>> {
         walls: bed::walls(width_m),
         conductance: Conductance::Constriction,
         phi: 0.5,
+        solid: None,
         overshoot: Overshoot::Implicit,
         start: None,
         tolerance: 1e-8,

@@ -62,7 +62,8 @@ impl Explicit<'_> {
             // The limit moves with conductivities and with radiation only.
             let limit_s = self.share * self.limit_s(conduction, &stepped.temperatures_k, &mut limit_each);
             let needed = (left_s / limit_s).ceil().max(1.0);
-            if !(needed + stepped.substeps as f64 <= MOST_SUBSTEPS) {
+            let total = needed + stepped.substeps as f64;
+            if total.is_nan() || total > MOST_SUBSTEPS {
                 return None;
             }
             let substep_s = if needed <= 1.0 { left_s } else { left_s / needed };

@@ -215,7 +215,7 @@ pub(crate) fn read(particles: &Table<'_>) -> FieldForces {
         let hint = "add electromagnetic = { charge = ... }; its fields may be zero".into();
         particles.reject_with(&NEAR_FIELD, "the base is the charge, but the particles carry none", Some(hint));
     }
-    FieldForces { electromagnetic, near_field, magnetic, ..FieldForces::default() }
+    FieldForces { electromagnetic, near_field, magnetic }
 }
 
 fn electromagnetic(table: Table<'_>) -> Option<Electromagnetic> {
