@@ -35,6 +35,7 @@ static SPACES: LazyLock<Vec<Space>> = LazyLock::new(|| {
         let small = match base.name.as_str() {
             "acoustic-pulse" => [fewer("12"), vec![("acoustics.rays.count".into(), "200".into())]].concat(),
             "pile" => Sets::new(),
+            "plate-track" => vec![("grids.plate.cell".to_owned(), "40e-6".to_owned())],
             // Settling takes minutes where damping or stiffness ask for a million substeps in each of its many steps.
             "laser-rays" => {
                 let region = "{ box = [\"0.2 mm\", \"0.2 mm\", \"0.2 mm\"] }";

@@ -61,8 +61,18 @@ pub fn judge(base: &Base, sets: &Sets) -> Result<Outcome, String> {
 
 /// Whether an error says which node it is about, and what of it: a field, a row, a key, a wall, a particle.
 fn names_a_cause(cause: &str) -> bool {
-    let nodes =
-        ["particles", "thermal", "optics", "second", "current", "substrate", "acoustics", "wall `", "dispenser `"];
+    let nodes = [
+        "particles",
+        "thermal",
+        "optics",
+        "second",
+        "current",
+        "substrate",
+        "acoustics",
+        "solid",
+        "wall `",
+        "dispenser `",
+    ];
     let named = nodes.iter().any(|node| cause.contains(node))
         || cause.contains("` did not converge in")
         || cause.contains("the change of `");
