@@ -10,6 +10,8 @@ use std::{
 
 use stagger_messages::{Field, Fields, MessageError, ValueKind};
 
+use crate::Step;
+
 /// Why a state is not written.
 #[derive(Debug, thiserror::Error)]
 pub enum VtkError {
@@ -51,6 +53,12 @@ impl Array {
     pub fn whole(name: &str, values: impl Iterator<Item = u64>) -> Self {
         let bytes = values.flat_map(u64::to_le_bytes).collect();
         Self { name: name.into(), kind: "Int64", components: 1, bytes }
+    }
+
+    /// Numbers without a field.
+    pub fn numbers(name: &str, values: &[f64]) -> Self {
+        let bytes = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+        Self { name: name.into(), kind: "Float64", components: 1, bytes }
     }
 
     fn time(t_s: f64) -> Self {
@@ -109,6 +117,12 @@ fn describe(head: &mut String, array: &Array, more: &str, offset: &mut usize) {
          offset=\"{offset}\"/>"
     );
     *offset += size_of::<u64>() + bytes.len();
+}
+
+/// The fields on a grid with that many values.
+pub(super) fn on_grid(step: &Step, support: &str, rows: usize) -> Vec<Array> {
+    let on_it = step.fields.iter().filter(|(_, field)| field.port.support == support && field.rows() == rows);
+    on_it.map(|(name, field)| Array::of(name, field)).collect()
 }
 
 /// The fields on the same rows as one of them.

@@ -3,5 +3,6 @@
 mod arrays;
 pub mod vti;
 pub mod vtp;
+pub mod vtr;
 
 pub use arrays::VtkError;

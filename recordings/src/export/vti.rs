@@ -4,14 +4,14 @@ use std::io::Write;
 
 use stagger_messages::{Centring, Grid};
 
-use super::arrays::{self, Array, Section, VtkError};
+use super::arrays::{self, Section, VtkError};
 use crate::Step;
 
 /// What the file of a state begins with.
 pub const BEGIN: &str = "<?xml version=\"1.0\"?>\n<VTKFile type=\"ImageData\" version=\"1.0\" byte_order=\"LittleEndian\" \
                          header_type=\"UInt64\">\n";
 
-/// Writes the fields of a state on a grid: cell data or point data, as the grid is centred. ParaView takes cells between
+/// Writes the fields of a state on a regular grid (a graded one is [`super::vtr`]'s): cell data or point data, as the grid is centred. ParaView takes cells between
 /// `dims` + 1 points along each axis.
 ///
 /// # Errors
@@ -27,9 +27,7 @@ pub fn grid(step: &Step, support: &str, grid: &Grid, output: impl Write) -> Resu
         text(origin_m),
         text(spacing_m)
     );
-    let rows = grid.rows();
-    let on_it = step.fields.iter().filter(|(_, field)| field.port.support == support && field.rows() == rows);
-    let arrays = on_it.map(|(name, field)| Array::of(name, field)).collect();
+    let arrays = arrays::on_grid(step, support, grid.rows());
     let sections = [Section { name: if cells { "CellData" } else { "PointData" }, arrays }];
     let piece = format!("<Piece Extent=\"{extent}\">");
     arrays::write(output, &begin, step.t_s, &piece, &sections, "</Piece>\n</ImageData>\n")

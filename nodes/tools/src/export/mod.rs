@@ -14,7 +14,7 @@ pub(crate) use scalars::quoted;
 use stagger_messages::geometry::Shape;
 use stagger_recordings::{
     Recording, RecordingError, State, States, Step,
-    export::{VtkError, vti, vtp},
+    export::{VtkError, vti, vtp, vtr},
 };
 
 /// What tables of scalars begin with.
@@ -245,8 +245,11 @@ struct Series {
 
 impl Series {
     fn put(&mut self, folder: &Folder<'_>, step: &Step, support: &str, shape: &Shape) -> Result<(), ExportError> {
-        let (extension, begin) =
-            if matches!(shape, Shape::Grid(_)) { ("vti", vti::BEGIN) } else { ("vtp", vtp::BEGIN) };
+        let (extension, begin) = match shape {
+            Shape::Grid(grid) if grid.is_graded() => ("vtr", vtr::BEGIN),
+            Shape::Grid(_) => ("vti", vti::BEGIN),
+            _ => ("vtp", vtp::BEGIN),
+        };
         let name = format!("{}-{:06}.{extension}", self.name, step.version.step);
         let path = folder.path.join(&name);
         let mut file = folder.create(&path, begin)?;
@@ -254,6 +257,7 @@ impl Series {
         let written = match shape {
             Shape::Points(points) => vtp::points(step, points, output),
             Shape::Pairs(pairs) => vtp::pairs(step, pairs, output),
+            Shape::Grid(grid) if grid.is_graded() => vtr::grid(step, support, grid, output),
             Shape::Grid(grid) => vti::grid(step, support, grid, output),
             Shape::Global(_) => {
                 drop(output);

@@ -35,7 +35,18 @@ impl Slice {
     /// no plane across others, as there is nothing to see, but at least one plane there is.
     #[must_use]
     pub fn middles(grid: &Grid, values: &[f64]) -> Vec<Self> {
-        let Some((_, spacing_m, dims)) = grid.layout() else { return Vec::new() };
+        let (Some((_, spacing_m, dims)), Some(coordinates_m)) = (grid.layout(), grid.coordinates_m()) else {
+            return Vec::new();
+        };
+        // Rectangles are equally large: of a graded grid, each shows the cell that its middle lies in.
+        let sides = dims.map(|count| if grid.is_graded() && count > 1 { SIDE } else { count.min(SIDE) });
+        let shown = |axis: usize, number: usize| match coordinates_m[axis].as_slice() {
+            along @ [first, .., last] if grid.is_graded() => {
+                let at_m = first + (last - first) * (number as f64 + 0.5) / sides[axis] as f64;
+                (along.partition_point(|edge| *edge <= at_m)).saturating_sub(1).min(dims[axis] - 1)
+            }
+            _ => nearest(number, sides[axis], dims[axis]),
+        };
         let wide = |axis: &usize| {
             let [level, upright] = directions(*axis);
             dims[level] > 1 && dims[upright] > 1
@@ -49,13 +60,13 @@ impl Slice {
         let cut = |axis: usize| {
             let [level, upright] = directions(axis);
             let middle = dims[axis] / 2;
-            let counts = [dims[level], dims[upright]].map(|count| count.min(SIDE));
+            let counts = [sides[level], sides[upright]];
             let mut kept = Vec::with_capacity(counts[0] * counts[1]);
             for j in 0..counts[1] {
                 for i in 0..counts[0] {
                     let mut index = [middle; 3];
-                    index[level] = nearest(i, counts[0], dims[level]);
-                    index[upright] = nearest(j, counts[1], dims[upright]);
+                    index[level] = shown(level, i);
+                    index[upright] = shown(upright, j);
                     let row = index[0] + dims[0] * (index[1] + dims[1] * index[2]);
                     kept.push(values.get(row).map_or(f32::NAN, |value| *value as f32));
                 }
@@ -123,6 +134,18 @@ fn nearest(number: usize, shown: usize, count: usize) -> usize {
 
 #[cfg(test)]
 mod tests {
+    #[test]
+    fn a_graded_grid_is_drawn_to_scale() {
+        let edges: [&[f64]; 3] = [&[0.0, 1.0, 4.0], &[0.0, 1.0, 2.0], &[0.0, 1.0]];
+        let slices = Slice::middles(&Grid::between(edges), &[1.0, 2.0, 3.0, 4.0]);
+        let [slice] = &slices[..] else { panic!("{slices:?}") };
+        assert_eq!((slice.counts, slice.size_m), ([SIDE, SIDE], [4.0, 2.0]));
+        // A quarter of the first row is the narrow cell.
+        let narrow = slice.values[..SIDE].iter().filter(|value| **value == 1.0).count();
+        assert_eq!(narrow, SIDE / 4);
+        assert_eq!(slice.values[SIDE * SIDE - 1], 4.0);
+    }
+
     use stagger_recordings::display::colour_scale::Range;
 
     use super::*;
