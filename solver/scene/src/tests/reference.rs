@@ -21,7 +21,10 @@ fn reference_path(path: &str) -> String {
         ["particles", "pour", _, rest @ ..] => format!("particles.pour.NAME.{}", rest.join(".")),
         ["substrate", "grids", _, rest @ ..] => format!("substrate.grids.NAME.{}", rest.join(".")),
         ["coupling", "every", ..] => "coupling.every".into(),
-        [named @ ("walls" | "materials" | "nodes"), _, rest @ ..] => {
+        ["solid", "bottom" | "sides" | "left" | "right" | "front" | "back", rest @ ..] => {
+            format!("solid.top.{}", rest.join("."))
+        }
+        [named @ ("walls" | "materials" | "nodes" | "grids"), _, rest @ ..] => {
             std::iter::once(*named).chain(["NAME"]).chain(rest.iter().copied()).collect::<Vec<_>>().join(".")
         }
         ["particles", "pairs", _, rest @ ..] => format!("particles.pairs.NAME.{}", rest.join(".")),
@@ -105,6 +108,26 @@ fn every_key_of_the_reference_is_read_and_every_value_read_is_in_it() {
             ("materials.copper.electrical-conductivity", "1"),
             ("walls.drum.current-density", "\"1e5 A/m^2\""),
             ("current", "{ model = \"averaging\", heat-share = 0.5 }"),
+        ],
+        &[
+            ("materials.copper.relative-atomic-mass", "63.5"),
+            (
+                "grids.plate",
+                "{ lower = [0, 0, -1e-3], upper = [1e-3, 1e-3, 0], cell = 1e-4, fine = { lower = [2e-4, 2e-4, -2e-4], \
+                 upper = [4e-4, 4e-4, 0], growth = 1.2 } }",
+            ),
+            ("optics.fidelity", "\"beer-lambert\""),
+            (
+                "solid",
+                "{ grid = \"plate\", material = \"316L\", wall = \"lid\", melting = true, boiling = true, evaporation = true, \
+                 light = { absorptivity = 0.4, absorption = 1e5 }, track = { cooling = [1400, 1200] }, \
+                 top = { kind = \"ambient\" }, left = { kind = \"flux\", flux = 1 }, right = { kind = \"held\" } }",
+            ),
+        ],
+        &[
+            ("grids.plate", "{ lower = [0, 0, -1e-3], upper = [1e-3, 1e-3, 0], cell = 1e-4 }"),
+            ("optics.fidelity", "\"beer-lambert\""),
+            ("solid", "{ grid = \"plate\", level = \"explicit\" }"),
         ],
         &[("particles.start", "{ kind = \"lattice\", sphere = \"1 mm\" }")],
         &[("particles.start", "{ kind = \"settle\", box = [2e-4, 2e-4, 2e-4], longest = 1 }")],
