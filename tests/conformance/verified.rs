@@ -114,7 +114,7 @@ fn what_cannot_be_verified_says_why_at_once() {
             "`thermal` by its own program, at its start: expected a liveliness token",
         ),
         (&["--node", "thermal", "--with", "no-such-program"], 1, "no-such-program"),
-        (&["--node", "thermal", "--with", "'"], 2, "the quote ' has no end"),
+        (&["--node", "thermal", "--with", "'"], 2, "a quote has no end"),
         (&["--with", "true"], 2, "--node"),
     ] {
         let (found, said) = verify(arguments);

@@ -137,38 +137,17 @@ pub fn quoted(text: &str) -> String {
 
 /// The name nearest to a mistyped one, where one is near: at most a third of its letters differ.
 pub fn nearest<'n>(typed: &str, names: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
+    let letters = |name: &str| name.to_lowercase().replace('_', "-");
     let length = typed.chars().count();
     let near = (length / 3).max(1);
     names
         .into_iter()
         // Names that differ in length by more are not near, and comparing long ones takes long.
         .filter(|name| name.chars().count().abs_diff(length) <= near)
-        .map(|name| (distance(typed, name), name))
+        .map(|name| (strsim::osa_distance(&letters(typed), &letters(name)), name))
         .filter(|(distance, _)| *distance <= near)
         .min_by_key(|(distance, _)| *distance)
         .map(|(_, name)| name)
-}
-
-/// Optimal string alignment distance: insertions, deletions, substitutions and swaps of neighbours.
-fn distance(left: &str, right: &str) -> usize {
-    let letters = |text: &str| text.to_lowercase().replace('_', "-").chars().collect::<Vec<char>>();
-    let (left, right) = (letters(left), letters(right));
-    let mut rows = vec![vec![0; right.len() + 1]; left.len() + 1];
-    for i in 0..=left.len() {
-        for j in 0..=right.len() {
-            if i == 0 || j == 0 {
-                rows[i][j] = i + j;
-                continue;
-            }
-            let substituted = rows[i - 1][j - 1] + usize::from(left[i - 1] != right[j - 1]);
-            let mut best = substituted.min(rows[i - 1][j] + 1).min(rows[i][j - 1] + 1);
-            if i > 1 && j > 1 && left[i - 1] == right[j - 2] && left[i - 2] == right[j - 1] {
-                best = best.min(rows[i - 2][j - 2] + 1);
-            }
-            rows[i][j] = best;
-        }
-    }
-    rows[left.len()][right.len()]
 }
 
 #[cfg(test)]

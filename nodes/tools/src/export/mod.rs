@@ -10,7 +10,6 @@ use std::{
     path::{Path, PathBuf},
 };
 
-pub(crate) use scalars::quoted;
 use stagger_messages::geometry::Shape;
 use stagger_recordings::{
     Recording, RecordingError, State, States, Step,

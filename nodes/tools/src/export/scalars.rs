@@ -2,7 +2,7 @@
 
 use std::{
     collections::BTreeMap,
-    io::{self, BufWriter, Write},
+    io::{self, BufWriter},
     path::Path,
 };
 
@@ -17,8 +17,8 @@ pub(super) const HEAD: &str = "step,t_s,dt_s,iterations,rejected";
 /// More components are a list, such as the path of a ray, and only its rows are counted.
 const LIST: usize = 9;
 
-/// Writes the table into `output`, which is at `path` in the end; returns its number of rows. The recording is read twice: which columns there are is known only at its
-/// end.
+/// Writes the table into `output`, which is at `path` in the end; returns its number of rows. The recording is read twice:
+/// which columns there are is known only at its end.
 pub(super) fn write(recording: &Recording, path: &Path, output: Output) -> Result<(usize, Reading), ExportError> {
     let mut columns = BTreeMap::new();
     read(recording, |state| {
@@ -26,21 +26,22 @@ pub(super) fn write(recording: &Recording, path: &Path, output: Output) -> Resul
         Ok(())
     })?;
     let failed = |source: io::Error| ExportError::Io { path: path.into(), source };
-    let mut file = BufWriter::new(output);
-    let names: String = columns.keys().map(|name| format!(",{}", quoted(name))).collect();
-    writeln!(file, "{HEAD}{names}").map_err(failed)?;
+    let wrong = |error: csv::Error| failed(error.into());
+    let mut file = csv::Writer::from_writer(BufWriter::new(output));
+    file.write_record(HEAD.split(',').chain(columns.keys().map(String::as_str))).map_err(wrong)?;
     let mut rows = 0;
     let reading = read(recording, |state| {
         rows += 1;
-        Row::from(&state, true).write(columns.keys(), &mut file).map_err(failed)
+        file.write_record(Row::from(&state, true).cells(columns.keys())).map_err(wrong)
     })?;
+    let file = file.into_inner().map_err(|error| failed(error.into_error()))?;
     file.into_inner().map_err(|error| failed(error.into_error()))?.place()?;
     Ok((rows, reading))
 }
 
 /// One row: what every row has, and values by the names of their columns.
 struct Row {
-    head: String,
+    head: [String; 5],
     values: BTreeMap<String, f64>,
 }
 
@@ -48,8 +49,13 @@ impl Row {
     /// The row of a state. Without `values` the numbers that cost time are left at zero, and only the names are right.
     fn from(state: &State, values: bool) -> Self {
         let (step, work) = (&state.step, &state.work);
-        let head =
-            format!("{},{:?},{:?},{},{}", step.version.step, step.t_s, step.dt_s, work.iterations, work.rejections);
+        let head = [
+            step.version.step.to_string(),
+            format!("{:?}", step.t_s),
+            format!("{:?}", step.dt_s),
+            work.iterations.to_string(),
+            work.rejections.to_string(),
+        ];
         let mut row = Self { head, values: BTreeMap::new() };
         for (node, done) in &state.replies {
             for (name, value) in &done.figures {
@@ -102,15 +108,11 @@ impl Row {
         }
     }
 
-    fn write<'c>(&self, columns: impl Iterator<Item = &'c String>, output: &mut impl Write) -> io::Result<()> {
-        write!(output, "{}", self.head)?;
-        for column in columns {
-            match self.values.get(column) {
-                Some(value) => write!(output, ",{value:?}")?,
-                None => write!(output, ",")?,
-            }
-        }
-        writeln!(output)
+    /// Cells of the row in the order of the table; empty where the row has no value.
+    fn cells<'c>(self, columns: impl Iterator<Item = &'c String>) -> impl Iterator<Item = String> {
+        let Self { head, values } = self;
+        let value = move |column| values.get(column).map_or_else(String::new, |value| format!("{value:?}"));
+        head.into_iter().chain(columns.map(value))
     }
 }
 
@@ -129,21 +131,5 @@ fn range(field: &Field, component: usize) -> [f64; 3] {
         (_, Ok(values), _) => of(&mut values.iter().map(|value| f64::from(*value))),
         (.., Ok(values)) => of(&mut values.iter().map(|value| f64::from(*value))),
         _ => [f64::NAN; 3],
-    }
-}
-
-/// A name as RFC 4180 wants it.
-pub(crate) fn quoted(name: &str) -> String {
-    if name.contains([',', '"', '\n', '\r']) { format!("\"{}\"", name.replace('"', "\"\"")) } else { name.into() }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_with_commas_are_quoted() {
-        assert_eq!(quoted("field temperature: min [K]"), "field temperature: min [K]");
-        assert_eq!(quoted("energy a: \"b\", lost [J]"), "\"energy a: \"\"b\"\", lost [J]\"");
     }
 }

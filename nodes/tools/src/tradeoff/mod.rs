@@ -86,7 +86,9 @@ impl Results {
     }
 
     fn write(&self, study: &Study) -> Result<(), OutputError> {
-        outputs::write(&self.table.0, self.table.1, table::csv(study).as_bytes())?;
+        let (path, replace) = &self.table;
+        let table = table::csv(study).map_err(|source| OutputError::Io { path: path.clone(), source })?;
+        outputs::write(path, *replace, &table)?;
         outputs::write(&self.page.0, self.page.1, page::page(study).as_bytes())
     }
 }

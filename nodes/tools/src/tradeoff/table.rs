@@ -1,10 +1,9 @@
 //! The table on the terminal and as CSV.
 
 use stagger_runtime::launch::words;
-use std::fmt::Write as _;
+use std::{fmt::Write as _, io};
 
 use super::{Case, Study, axis::Set, quantity::Quantity};
-use crate::export::quoted;
 
 /// Width of the first column.
 const LABEL: usize = 36;
@@ -118,22 +117,23 @@ pub const BEGIN: &str =
     "case,axis,settings,wall_s,cpu_s,steps,rejected,iterations,exchanges,bytes,largest_error,front,recommended,failed";
 
 /// The table as CSV: times in s, values in SI units, errors as shares; empty where there is none.
-#[must_use]
-pub fn csv(study: &Study) -> String {
-    let mut text = String::from(BEGIN);
-    for quantity in &study.quantities {
-        let _ = write!(text, ",{},{}", quoted(quantity), quoted(&format!("error of {quantity}")));
-    }
-    text.push('\n');
+///
+/// # Errors
+/// None on a study whose cases have one value for each quantity: nothing is written to a file.
+pub fn csv(study: &Study) -> io::Result<Vec<u8>> {
+    let mut table = csv::Writer::from_writer(Vec::new());
+    let quantities = study.quantities.iter();
+    let head = quantities.flat_map(|quantity| [quantity.clone(), format!("error of {quantity}")]);
+    table.write_record(BEGIN.split(',').map(String::from).chain(head))?;
     let number = |value: Option<f64>| {
         value.filter(|value| value.is_finite()).map_or(String::new(), |value| format!("{value:e}"))
     };
     for (index, case) in study.cases.iter().enumerate() {
         let outcome = &case.outcome;
-        let cells = [
-            quoted(&case.label),
-            quoted(&case.axis),
-            quoted(&typed(&outcome.set)),
+        let cells: [String; 14] = [
+            case.label.clone(),
+            case.axis.clone(),
+            typed(&outcome.set),
             number(Some(outcome.wall())),
             number(Some(outcome.cpu())),
             outcome.steps.to_string(),
@@ -144,16 +144,15 @@ pub fn csv(study: &Study) -> String {
             number(Some(case.rated().error)),
             u8::from(study.front.contains(&index)).to_string(),
             u8::from(study.recommended == Some(index)).to_string(),
-            quoted(outcome.failed.as_deref().unwrap_or_default()),
+            outcome.failed.clone().unwrap_or_default(),
         ];
-        text += &cells.join(",");
-        for place in 0..study.quantities.len() {
-            let at = |values: &[Option<f64>]| number(values.get(place).copied().flatten());
-            let _ = write!(text, ",{},{}", at(&case.values), at(&case.errors));
-        }
-        text.push('\n');
+        let at = |values: &[Option<f64>], place: usize| number(values.get(place).copied().flatten());
+        let places = 0..study.quantities.len();
+        table.write_record(
+            cells.into_iter().chain(places.flat_map(|place| [at(&case.values, place), at(&case.errors, place)])),
+        )?;
     }
-    text
+    table.into_inner().map_err(csv::IntoInnerError::into_error)
 }
 
 #[cfg(test)]
@@ -198,7 +197,7 @@ mod tests {
             verdict(&Study { recommended: None, ..study.clone() })
                 .ends_with("the nearest is as it stands, error 0.40 %")
         );
-        let csv = csv(&study);
+        let csv = String::from_utf8(csv(&study).unwrap()).unwrap();
         let lines: Vec<_> = csv.lines().collect();
         assert_eq!(lines.len(), 4);
         assert!(lines[0].ends_with(",mean temperature,error of mean temperature"), "{csv}");

@@ -83,9 +83,9 @@ pub struct State {
 /// Share of the beam's power that each particle takes at one instant.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Share {
+    /// Of each particle, then of each cell of the solid's upper face, where there is one: without a solid a checkpoint is that
+    /// of a program that knew none.
     values: Vec<f64>,
-    /// Of each cell of the solid's upper face, where there is one.
-    arrived: Vec<f64>,
     /// With rays, what became of the rest, and where some of them go.
     traced: Option<(Outcome, Vec<f64>)>,
 }
@@ -184,7 +184,6 @@ impl Optics {
             (&[][..], &[][..])
         };
         let spot_m = self.beam.spot_m(t_s);
-        let mut arrived = Vec::new();
         let centres_m = || self.frame.centres_m(positions_m, spot_m);
         let values = match &self.absorption {
             Absorption::EnergyBalance { capacities_j_m3_k } => {
@@ -192,11 +191,11 @@ impl Optics {
                 energy_balance::shares(radii_m, kinds, capacities_j_m3_k)?
             }
             Absorption::BeerLambert { absorption_1_m, lines } => {
-                let (absorbed, left) = lines.absorbed(*absorption_1_m, &centres_m(), radii_m);
+                let (mut shares, left) = lines.absorbed(*absorption_1_m, &centres_m(), radii_m);
                 if let Some(solid) = &self.solid {
-                    arrived = lines.arrived(&left, &self.frame, spot_m, solid);
+                    shares.extend(lines.arrived(&left, &self.frame, spot_m, solid));
                 }
-                absorbed
+                shares
             }
             Absorption::BeerLambertMonograph { absorption_1_m } => {
                 beer_lambert_monograph::absorbed(&self.beam.profile, *absorption_1_m, &centres_m(), radii_m)
@@ -207,7 +206,7 @@ impl Optics {
                 return Ok(rays.absorbed(&self.frame, spot_m, positions_m, radii_m, melted.as_deref(), solid));
             }
         };
-        Ok(Share { values, arrived, traced: None })
+        Ok(Share { values, traced: None })
     }
 
     /// `absorbed_w` belongs to the particles of `revision`; `end` is what was found at `t_s`, where the beam was on.
@@ -262,19 +261,15 @@ impl Physics for Optics {
         } else {
             None
         };
-        let mean = |at_start: &[f64], at_end: &[f64]| -> Vec<f64> {
-            let both = at_start.iter().zip(at_end);
-            both.map(|(at_start, at_end)| mean_power_w * 0.5 * (at_start + at_end)).collect()
-        };
-        let (absorbed_w, arrived_w) = match &both {
+        let particles_count = frozen.end.get("radii").map_or(0, Field::rows);
+        let mut absorbed_w: Vec<f64> = match &both {
             Some([start, end]) => {
-                (mean(&start.values.values, &end.values.values), mean(&start.values.arrived, &end.values.arrived))
+                let both = start.values.values.iter().zip(&end.values.values);
+                both.map(|(at_start, at_end)| mean_power_w * 0.5 * (at_start + at_end)).collect()
             }
-            None => {
-                let rows = frozen.end.get("radii").map_or(0, Field::rows);
-                (vec![0.0; rows], vec![0.0; self.solid.as_ref().map_or(0, SolidSurface::len)])
-            }
+            None => vec![0.0; particles_count + self.solid.as_ref().map_or(0, SolidSurface::len)],
         };
+        let arrived_w = absorbed_w.split_off(particles_count);
 
         let laser_j = mean_power_w * window.dt_s;
         let absorbed_j = energy_j(&absorbed_w, window.dt_s);

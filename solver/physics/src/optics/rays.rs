@@ -42,8 +42,8 @@ impl Rays {
         self.points_m.len()
     }
 
-    /// Share of the beam's power that each particle takes, what becomes of the rest, and where some rays go. `melted` are
-    /// the particles' liquid shares; none are molten where it is `None`.
+    /// Share of the beam's power that each particle and each cell of the solid takes, what becomes of the rest, and where some
+    /// rays go. `melted` are the particles' liquid shares; none are molten where it is `None`.
     pub(super) fn absorbed(
         &self,
         frame: &Frame,
@@ -75,7 +75,8 @@ impl Rays {
         let add = |particle: u32, absorbed: f64| values[particle as usize] += absorbed * share;
         let outcome = trace_onto(&grid, &rays, self.sampling.limits, &self.walls, surface, add, (lands, land));
         let paths_m = paths_m(&grid, &rays, self.sampling.limits, reflected);
-        Share { values, arrived, traced: Some((outcome, paths_m)) }
+        values.extend(arrived);
+        Share { values, traced: Some((outcome, paths_m)) }
     }
 }
 
