@@ -100,7 +100,7 @@ fn falling_powder_is_one_physics_that_settles() {
 fn a_track_on_a_bare_plate_is_as_wide_as_was_measured() {
     let summary = run(&Pinned {
         scene: "plate-track.toml",
-        counts: [100, 0, 200],
+        counts: [100, 0, 189],
         means: &[],
         imbalance: &[("solid", 1e-9), ("optics", ROUNDING)],
     });
