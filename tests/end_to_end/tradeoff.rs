@@ -1,6 +1,6 @@
 //! `stagger tradeoff`: its table is that of its own runs, it goes on where it stopped, and orders are those of the methods.
 
-use std::{collections::BTreeMap, path::Path, process::Output, time::SystemTime};
+use std::{collections::BTreeMap, process::Output, time::SystemTime};
 
 use super::program::{Workplace, json, said, stagger};
 
@@ -14,8 +14,7 @@ fn tradeoff(place: &Workplace, arguments: &[&str]) -> Output {
 fn written(place: &Workplace) -> BTreeMap<String, SystemTime> {
     let entries = std::fs::read_dir(place.path("out/cases")).unwrap().map(|entry| entry.unwrap());
     let results = entries.filter(|entry| entry.path().extension().is_some_and(|extension| extension == "json"));
-    let named = results.filter(|entry| entry.file_name() != "summary.json");
-    named
+    results
         .map(|entry| (entry.file_name().into_string().unwrap(), entry.metadata().unwrap().modified().unwrap()))
         .collect()
 }
@@ -153,13 +152,17 @@ fn orders_are_those_of_the_weights() {
 }
 
 #[test]
-fn interrupted_it_says_how_to_go_on() {
+fn interrupted_it_says_how_to_go_on_and_leaves_the_files_of_others() {
     let place = Workplace::with("quick.toml");
+    // As another program may have put them there.
+    std::fs::create_dir_all(place.path("out/cases")).unwrap();
+    let others = ["summary.json", "messages.txt"].map(|name| place.path(&format!("out/cases/{name}")));
+    others.iter().for_each(|path| std::fs::write(path, "{}").unwrap());
     let mut command = stagger();
     command.arg("tradeoff").arg(&place.scene).arg("--out").arg(place.path("out"));
     let child = command.stdout(std::process::Stdio::null()).stderr(std::process::Stdio::piped()).spawn().unwrap();
     let started = std::time::Instant::now();
-    while !Path::new(&place.path("out/cases")).exists() || written(&place).is_empty() {
+    while written(&place).len() < 2 {
         assert!(started.elapsed().as_secs() < 60, "nothing was run");
         std::thread::sleep(std::time::Duration::from_millis(20));
     }
@@ -168,4 +171,5 @@ fn interrupted_it_says_how_to_go_on() {
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(3), "{}", said(&output));
     assert!(said(&output).contains("interrupted; the same command goes on where it stopped"), "{}", said(&output));
+    others.iter().for_each(|path| assert_eq!(std::fs::read_to_string(path).unwrap(), "{}", "{}", path.display()));
 }

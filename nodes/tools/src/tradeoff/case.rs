@@ -161,7 +161,8 @@ impl Workshop {
         let program = std::env::current_exe().map_err(|source| Failed::io(Path::new("this program"), source))?;
         let folder = self.folder.join("cases");
         fs::create_dir_all(&folder).map_err(|source| Failed::io(&folder, source))?;
-        let (out, log) = (folder.join("summary.json"), folder.join("messages.txt"));
+        // Named after the case: nothing of the same name in the folder is anybody else's.
+        let (out, log) = (recording.with_extension("summary"), recording.with_extension("messages"));
         let file = |path: &Path| fs::File::create(path).map_err(|source| Failed::io(path, source));
         let mut command = Command::new(&program);
         // A case that is measured again replaces its own recording.
