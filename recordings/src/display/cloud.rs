@@ -1,9 +1,11 @@
-//! The particles of a step as Foxglove's PointCloud.
+//! The points of a support at the end of a step as Foxglove's PointCloud.
 
-use stagger_messages::{Grid, Points, geometry::Shape};
+use stagger_messages::{Field, Grid, Points, geometry::Shape};
+use stagger_scene::built_in::Pictured;
 
 use super::{
     colour::colour,
+    quantities::shared,
     schema::foxglove::{PackedElementField, PointCloud, Pose, Quaternion, Vector3, packed_element_field::NumericType},
     timestamp,
 };
@@ -26,8 +28,8 @@ struct Column {
     values: Vec<f64>,
 }
 
-/// The points of a support at the end of a step: places in mm, radius, speed, and every scalar field on them; coloured by
-/// temperature, or else by speed or the first scalar, over the range met so far. `None` where the rows have no places.
+/// The points of a support at the end of a step: places in mm, radius, speed, and every scalar field on them; coloured by what
+/// the physics name first, or else by the first scalar, over the range met so far. `None` where the rows have no places.
 pub(super) fn point_cloud(step: &Step, support: &str, shape: &Shape, range: &mut Range) -> Option<PointCloud> {
     let columns = match shape {
         Shape::Points(points) => points_columns(step, points)?,
@@ -35,9 +37,14 @@ pub(super) fn point_cloud(step: &Step, support: &str, shape: &Shape, range: &mut
         Shape::Pairs(_) | Shape::Global(_) => return None,
     };
     let rows = columns.first().map_or(0, |column| column.values.len());
-    let named = |name: &&str| columns.iter().find(|column| column.name == **name);
+    let of_field = |pictured: &Pictured| {
+        let field = &step.fields[pictured.field];
+        let name = if field.components() == 1 { scalar(pictured.field, field) } else { SPEED.into() };
+        columns.iter().find(|column| column.name == name)
+    };
+    let named = shared(|name| step.fields.get(name).is_some_and(|field| field.port.support == support));
     let first = || columns.iter().skip(AXES.len()).find(|column| column.name != RADIUS);
-    let coloured = ["temperature [K]", SPEED].iter().find_map(named).or_else(first);
+    let coloured = named.and_then(of_field).or_else(first);
     let coloured = coloured.map(|column| column.values.as_slice());
     if let Some(values) = coloured {
         range.include(values);
@@ -70,6 +77,11 @@ pub(super) fn point_cloud(step: &Step, support: &str, shape: &Shape, range: &mut
     })
 }
 
+/// Name of the column of a scalar field.
+fn scalar(name: &str, field: &Field) -> String {
+    format!("{name} [{}]", field.port.unit)
+}
+
 /// Columns of places, in mm.
 fn places(at: impl Fn(usize) -> Vec<f64>) -> Vec<Column> {
     AXES.iter().enumerate().map(|(axis, name)| Column { name: (*name).into(), values: at(axis) }).collect()
@@ -92,7 +104,7 @@ fn points_columns(step: &Step, points: &Points) -> Option<Vec<Column>> {
                 let speed = |v: &[f64]| v.iter().map(|component| component * component).sum::<f64>().sqrt();
                 columns.push(Column { name: SPEED.into(), values: values.chunks_exact(3).map(speed).collect() });
             }
-            (1, unit) => columns.push(Column { name: format!("{name} [{unit}]"), values: values.to_vec() }),
+            (1, _) => columns.push(Column { name: scalar(name, field), values: values.to_vec() }),
             _ => {}
         }
     }
@@ -111,7 +123,7 @@ fn grid_columns(step: &Step, support: &str, grid: &Grid) -> Option<Vec<Column>> 
     for (name, field) in step.fields.iter().filter(|(_, field)| field.port.support == support) {
         if let (Ok(values), 1) = (field.f64(), field.components()) {
             let values = kept.iter().filter_map(|row| values.get(*row).copied()).collect();
-            columns.push(Column { name: format!("{name} [{}]", field.port.unit), values });
+            columns.push(Column { name: scalar(name, field), values });
         }
     }
     Some(columns)

@@ -7,6 +7,7 @@
 mod cloud;
 mod colour;
 pub mod colour_scale;
+pub mod quantities;
 mod scalars;
 
 use std::collections::BTreeMap;

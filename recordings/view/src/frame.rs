@@ -1,12 +1,16 @@
-//! What is drawn of one state of a run: particles, contacts, beam, rays, stress in the ground; lengths in a unit that suits
-//! their size.
+//! What is drawn of one state of a run: spheres, contacts, grids, points, beams, rays; lengths in a unit that suits their
+//! size.
 
-use stagger_messages::Fields;
-use stagger_recordings::Step;
+use std::{collections::BTreeMap, sync::Arc};
+
+use stagger_messages::{Fields, geometry::Shape};
+use stagger_recordings::{Step, display::quantities::Spheres};
 
 use crate::{
-    grid::Grid,
-    layers::{Layers, On, f64s},
+    bounds::{Corners, bounds_m, others_m},
+    faces::Faces,
+    layers::{Layer, Layers},
+    sections::Sections,
 };
 
 /// Size at which particles are drawn among their contacts.
@@ -19,9 +23,6 @@ const WIDEST_LINE: f64 = 0.4;
 const HEADROOM: f64 = 0.4;
 /// Height that powder which is going to fall is given in the view, in its widths.
 const FALL: f64 = 1.2;
-
-/// Fields with paths of rays.
-const RAYS: [&str; 2] = ["ray_paths", "acoustic_paths"];
 
 /// A unit of length in which the scene measures neither thousands nor thousandths: viewers are made for metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,9 +54,9 @@ pub struct Overview {
     /// Unit of length of the pictures.
     pub unit: LengthUnit,
     /// Smallest and largest corner of what the camera shows, in `unit`.
-    pub view: [[f64; 3]; 2],
-    /// The same for the stress in the ground, where it is computed.
-    pub ground: Option<[[f64; 3]; 2]>,
+    pub view: Corners,
+    /// The same for each grid and for points without radii, by the name of their support.
+    pub others: BTreeMap<String, Corners>,
     /// Simulated times between which what the run is about goes on, where that is over at its end, in s.
     pub repeated_s: Option<[f64; 2]>,
     /// Simulated time at the end, in s; `None` while the run goes on.
@@ -71,29 +72,44 @@ pub struct Marks {
     pub velocities: bool,
 }
 
+/// What the picture of a layer shows beside its colours.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum Body {
+    /// Nothing: the state has no such rows.
+    #[default]
+    Nothing,
+    /// Spheres, with one radius or one for each.
+    Spheres(Arc<Vec<[f32; 3]>>, Arc<Vec<f32>>),
+    /// Lines between spheres, and half their widths.
+    Lines(Vec<[[f32; 3]; 2]>, Vec<f32>),
+    /// Triangles between corners.
+    Faces(Vec<[f32; 3]>, Vec<[u32; 3]>),
+}
+
 /// One picture.
 #[derive(Clone, Debug, Default)]
 pub struct Frame {
     /// Centres of the particles.
-    pub centres: Vec<[f32; 3]>,
+    pub centres: Arc<Vec<[f32; 3]>>,
     /// Their radii.
-    pub radii: Vec<f32>,
-    /// Colours of each layer: of the particles, or of the points in the ground.
-    pub colours: Vec<Vec<[u8; 3]>>,
-    /// Points in the ground where stress is computed.
-    pub ground: Vec<[f32; 3]>,
-    /// Size at which they are drawn.
-    pub ground_radius: f32,
+    pub radii: Arc<Vec<f32>>,
+    /// What each layer shows, and the colours of its rows.
+    pub layers: Vec<(Body, Vec<[u8; 3]>)>,
     /// Paths of rays of light or sound.
     pub rays: Vec<Vec<[f32; 3]>>,
     /// Lines between the centres of particles in contact.
     pub contacts: Vec<[[f32; 3]; 2]>,
-    /// The same where their forces are known, and the lines' widths.
-    pub forces: (Vec<[[f32; 3]; 2]>, Vec<f32>),
     /// Velocities as arrows from the centres.
     pub velocities: Vec<[f32; 3]>,
     /// The beam of each laser, where it is on.
     pub beams: Vec<Option<Beam>>,
+}
+
+impl Frame {
+    /// Length beside which marks are drawn: the radius of the first particle.
+    pub fn scale(&self) -> f32 {
+        self.radii.first().copied().unwrap_or(1.0)
+    }
 }
 
 /// The beam's spot.
@@ -111,65 +127,25 @@ pub struct Beam {
     pub label: String,
 }
 
-/// Smallest and largest corner of the particles but for strays, in m; `None` where there are none.
-///
-/// In each direction, of a hundred centres the outermost may lie beyond at either end: one that was thrown up from the
-/// powder should not make everything small.
-pub fn bounds_m(fields: &Fields) -> Option<[[f64; 3]; 2]> {
-    let (centres, _) = f64s(fields, "positions")?.as_chunks::<3>();
-    let centres: Vec<_> = centres.iter().filter(|centre| centre.iter().all(|length| length.is_finite())).collect();
-    let last = centres.len().checked_sub(1)?;
-    let strays = last / 100;
-    let radius = f64s(fields, "radii").unwrap_or_default().iter().copied().fold(0.0, f64::max);
-    let mut bounds = [[-radius; 3], [radius; 3]];
-    for axis in 0..3 {
-        let mut lengths: Vec<f64> = centres.iter().map(|centre| centre[axis]).collect();
-        // Of many thousand centres, sorting all would take most of the time of a picture.
-        bounds[0][axis] += *lengths.select_nth_unstable_by(strays, f64::total_cmp).1;
-        bounds[1][axis] += *lengths.select_nth_unstable_by(last - strays, f64::total_cmp).1;
-    }
-    Some(bounds)
-}
-
 impl Overview {
     /// Sets up pictures for a run of which `step` is shown first: the last state of a recording that starts within the
-    /// corners `start_m`, or the first state of a run under way. `None` where it has no particles.
-    pub fn new(step: &Step, layers: Layers, start_m: Option<[[f64; 3]; 2]>) -> Option<Self> {
-        let mut view = bounds_m(&step.fields)?;
-        let surface = view[1][2];
-        let width = (0..2).map(|axis| view[1][axis] - view[0][axis]).fold(0.0, f64::max);
-        // What is going to fall on the ground, or falls on the others at the start, is seen as far as it does not make
-        // those small that lie.
-        let mut top = surface;
-        if let Some([_, high]) = start_m {
-            top = top.max(high[2].min(surface + HEADROOM * width));
-        } else {
-            view[0][2] = view[0][2].min(0.0);
-            top = top.min(view[0][2] + FALL * width);
+    /// corners `start_m`, or the first state of a run under way. `None` where it shows nothing.
+    pub fn new(step: &Step, layers: Layers, start_m: Option<Corners>) -> Option<Self> {
+        let mut view = bounds_m(step)?;
+        if Spheres::of(step).is_some_and(|spheres| !spheres.centres_m.is_empty()) {
+            make_room(&mut view, step, start_m);
         }
-        let beam = f64s(&step.fields, "beam_radius").and_then(|radius| radius.first()).copied().unwrap_or_default();
-        view[1][2] = top.max(top.min(surface) + beam);
         let extent = (0..3).map(|axis| view[1][axis] - view[0][axis]).fold(0.0, f64::max);
         let unit = LengthUnit::for_extent(extent);
-        let view = view.map(|corner| corner.map(|length| length * unit.per_metre));
-        let ground = Grid::of(&step.fields).map(|grid| {
-            let mut corners = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
-            for point in &grid.points_m {
-                for axis in 0..3 {
-                    let length = point[axis] * unit.per_metre;
-                    corners[0][axis] = corners[0][axis].min(length);
-                    corners[1][axis] = corners[1][axis].max(length);
-                }
-            }
-            corners
-        });
+        let scaled = |corners: Corners| corners.map(|corner| corner.map(|length| length * unit.per_metre));
+        let others = others_m(step).into_iter().map(|(support, corners)| (support, scaled(corners))).collect();
         let duration_s = start_m.map(|_| step.t_s);
-        Some(Self { layers, unit, view, ground, repeated_s: None, duration_s })
+        Some(Self { layers, unit, view: scaled(view), others, repeated_s: None, duration_s })
     }
 
     /// The same, shown from its start on and then again and again between two times, in s: the camera sees the particles
     /// at the start, at `start_m`, as well.
-    pub fn repeating(mut self, range_s: [f64; 2], start_m: Option<[[f64; 3]; 2]>) -> Self {
+    pub fn repeating(mut self, range_s: [f64; 2], start_m: Option<Corners>) -> Self {
         self.repeated_s = Some(range_s);
         for (axis, low, high) in start_m.into_iter().flat_map(|[low, high]| (0..3).map(move |i| (i, low[i], high[i]))) {
             self.view[0][axis] = self.view[0][axis].min(low * self.unit.per_metre);
@@ -179,79 +155,107 @@ impl Overview {
     }
 
     /// The picture of a state.
-    pub fn frame(&self, fields: &Fields, marks: Marks) -> Frame {
-        let scaled = |length: &f64| (length * self.unit.per_metre) as f32;
-        let (centres, _) = f64s(fields, "positions").unwrap_or_default().as_chunks::<3>();
-        let centres: Vec<[f32; 3]> = centres.iter().map(|[x, y, z]| [x, y, z].map(scaled)).collect();
+    pub fn frame(&self, step: &Step, marks: Marks) -> Frame {
+        let spheres = Spheres::of(step);
         // Whole particles would hide the lines between them.
         let size = if marks.contacts || marks.velocities { CONTACTS_SIZE } else { 1.0 };
-        let radii = f64s(fields, "radii").unwrap_or_default().iter().map(|radius| scaled(&(radius * size))).collect();
-        let contacts = if marks.contacts { lines(fields, &centres) } else { Vec::new() };
-        let velocities = if marks.velocities { self.arrows(fields) } else { Vec::new() };
-        let forces = self.forces(fields, &centres);
-        let mut colours = self.layers.colours(fields);
-        let (mut ground, mut ground_radius) = (Vec::new(), 0.0);
-        if let Some(grid) = Grid::of(fields) {
-            ground = grid.points_m.iter().map(|point| point.map(|length| scaled(&length))).collect();
-            ground_radius = 0.5 * scaled(&grid.spacing_m);
-            for (layer, colours) in self.layers.iter().zip(&mut colours) {
-                if layer.quantity.on == On::Grid {
-                    *colours = grid.rows.iter().filter_map(|&row| colours.get(row).copied()).collect();
-                }
+        let mut frame = Frame::default();
+        if let Some(spheres) = &spheres {
+            frame.centres = Arc::new(self.scaled(spheres.centres_m));
+            frame.radii = Arc::new(spheres.radii_m.iter().map(|radius| self.length(radius * size)).collect());
+            if marks.velocities {
+                frame.velocities = self.arrows(spheres);
             }
         }
-        let paths = RAYS.into_iter().flat_map(|name| writers(fields, name).map(move |node| format!("{node}{name}")));
-        let rays = paths.flat_map(|name| self.rays(fields, &name)).collect();
-        Frame {
-            centres,
-            radii,
-            colours,
-            ground,
-            ground_radius,
-            rays,
-            contacts,
-            forces,
-            velocities,
-            beams: writers(fields, "beam_power").map(|laser| self.beam(fields, laser)).collect(),
+        let shapes = step.supports.shapes(&step.fields);
+        let between = |shape: &Shape| lines(step, shape, &frame.centres);
+        if marks.contacts {
+            frame.contacts = shapes.values().filter_map(between).flatten().collect();
+        }
+        let values = self.layers.values(step);
+        frame.layers = self
+            .layers
+            .iter()
+            .map(|layer| {
+                let values = values.iter().find(|(quantity, _)| *quantity == *layer.quantity);
+                let values = values.map(|(_, values)| values.as_slice()).unwrap_or_default();
+                match shapes.get(&layer.quantity.support) {
+                    Some(shape) => self.layer(step, layer, shape, values, &frame),
+                    None => (Body::Nothing, Vec::new()),
+                }
+            })
+            .collect();
+        frame.rays = shapes.values().flat_map(|shape| self.rays(step, shape)).collect();
+        frame.beams = writers(&step.fields, "beam_power").map(|laser| self.beam(step, laser)).collect();
+        frame
+    }
+
+    fn length(&self, metres: f64) -> f32 {
+        (metres * self.unit.per_metre) as f32
+    }
+
+    fn scaled(&self, places_m: &[[f64; 3]]) -> Vec<[f32; 3]> {
+        places_m.iter().map(|place_m| place_m.map(|metres| self.length(metres))).collect()
+    }
+
+    /// What a layer's picture shows of a state, and the colours of it.
+    fn layer(&self, step: &Step, layer: &Layer, shape: &Shape, values: &[f64], frame: &Frame) -> (Body, Vec<[u8; 3]>) {
+        let colour = |value: &f64| layer.range.colour(*value, layer.scale);
+        let of_rows = |rows: &[usize]| rows.iter().filter_map(|row| values.get(*row).map(colour)).collect();
+        match shape {
+            Shape::Points(points) if !points.radii.is_empty() => (
+                Body::Spheres(Arc::clone(&frame.centres), Arc::clone(&frame.radii)),
+                values.iter().map(colour).collect(),
+            ),
+            Shape::Points(points) => {
+                let positions = points.places(&step.fields).ok().and_then(|(positions, _)| positions.f64().ok());
+                let seen = Sections::of(positions.unwrap_or_default().as_chunks::<3>().0);
+                let radius = self.length(0.5 * seen.spacing_m);
+                (Body::Spheres(self.scaled(&seen.points_m).into(), vec![radius].into()), of_rows(&seen.rows))
+            }
+            Shape::Grid(grid) => {
+                let faces = Faces::of(grid);
+                (Body::Faces(self.scaled(&faces.corners_m), faces.triangles), of_rows(&faces.rows))
+            }
+            Shape::Pairs(_) => {
+                let lines = lines(step, shape, &frame.centres).unwrap_or_default();
+                let widest = WIDEST_LINE * Spheres::of(step).map_or(0.0, |spheres| spheres.mean_radius_m());
+                let largest = layer.range.max.max(f64::MIN_POSITIVE);
+                // The wider the larger their value.
+                let width = |value: &f64| self.length(widest * (value / largest).clamp(0.0, 1.0).sqrt());
+                (Body::Lines(lines, values.iter().map(width).collect()), values.iter().map(colour).collect())
+            }
+            Shape::Global(_) => (Body::Nothing, Vec::new()),
         }
     }
 
     /// The way of each particle in the time in which the fastest of the run goes some radii.
-    fn arrows(&self, fields: &Fields) -> Vec<[f32; 3]> {
-        let (velocities, _) = f64s(fields, "velocities").unwrap_or_default().as_chunks::<3>();
-        let time_s = LONGEST_ARROW * mean_radius_m(fields) / self.layers.fastest_m_s.max(f64::MIN_POSITIVE);
-        let way = |velocity: &[f64; 3]| velocity.map(|component| (component * time_s * self.unit.per_metre) as f32);
-        velocities.iter().map(way).collect()
+    fn arrows(&self, spheres: &Spheres<'_>) -> Vec<[f32; 3]> {
+        let time_s = LONGEST_ARROW * spheres.mean_radius_m() / self.layers.fastest_m_s.max(f64::MIN_POSITIVE);
+        let way = |velocity: &[f64; 3]| velocity.map(|component| self.length(component * time_s));
+        spheres.velocities_m_s.iter().map(way).collect()
     }
 
-    /// Lines between particles in contact, the wider the larger their force.
-    fn forces(&self, fields: &Fields, centres: &[[f32; 3]]) -> (Vec<[[f32; 3]; 2]>, Vec<f32>) {
-        let (Some(forces), Some(layer)) =
-            (f64s(fields, "contact_normal_force"), self.layers.iter().find(|layer| layer.quantity.on == On::Contacts))
-        else {
-            return (Vec::new(), Vec::new());
+    /// Paths of the rays of one kind: points of which each row has several. A path that ends early repeats its last point,
+    /// and one that goes nowhere is no ray.
+    fn rays(&self, step: &Step, shape: &Shape) -> Vec<Vec<[f32; 3]>> {
+        let Shape::Points(points) = shape else { return Vec::new() };
+        // Each laser has rays of its own.
+        let fields = writers(&step.fields, &points.positions).map(|node| format!("{node}{}", points.positions));
+        let fields = fields.filter_map(|name| step.fields.get(&name));
+        let fields = fields.filter(|field| field.components() > 3 && field.components().is_multiple_of(3));
+        let of_field = |field: &stagger_messages::Field| {
+            let points = self.scaled(field.f64().unwrap_or_default().as_chunks::<3>().0);
+            points.chunks(field.components() / 3).map(<[_]>::to_vec).collect::<Vec<_>>()
         };
-        let widest = WIDEST_LINE * mean_radius_m(fields) * self.unit.per_metre;
-        let largest = layer.range.max.max(f64::MIN_POSITIVE);
-        let width = |force: &f64| (widest * (force / largest).clamp(0.0, 1.0).sqrt()) as f32;
-        (lines(fields, centres), forces.iter().map(width).collect())
-    }
-
-    /// Paths of the rays of one kind. A path that ends early repeats its last point, and one that goes nowhere is no ray.
-    fn rays(&self, fields: &Fields, name: &str) -> Vec<Vec<[f32; 3]>> {
-        let Some(field) = fields.get(name) else { return Vec::new() };
-        let (points, _) = field.f64().unwrap_or_default().as_chunks::<3>();
-        let points: Vec<[f32; 3]> =
-            points.iter().map(|point| point.map(|length| (length * self.unit.per_metre) as f32)).collect();
-        let of_one = field.components() / 3;
-        let mut paths: Vec<Vec<_>> = points.chunks(of_one.max(1)).map(<[_]>::to_vec).collect();
+        let mut paths: Vec<Vec<_>> = fields.flat_map(of_field).collect();
         paths.iter_mut().for_each(Vec::dedup);
         paths.retain(|path| path.len() > 1);
         paths
     }
 
-    fn beam(&self, fields: &Fields, laser: &str) -> Option<Beam> {
-        let values = |name: &str| f64s(fields, &format!("{laser}{name}"));
+    fn beam(&self, step: &Step, laser: &str) -> Option<Beam> {
+        let values = |name: &str| f64s(&step.fields, &format!("{laser}{name}"));
         let power_w = *values("beam_power")?.first()?;
         let (spot, _) = values("beam_spot")?.as_chunks::<3>();
         let radius_m = *values("beam_radius")?.first()?;
@@ -259,11 +263,28 @@ impl Overview {
         let spot = spot.first()?.map(scaled);
         let radius = scaled(radius_m);
         // A spot above the powder has its light drawn all the same, and one on powder above the view is still seen.
-        let powder = bounds_m(fields).map_or(spot[2], |[_, high]| scaled(high[2]));
+        let powder = bounds_m(step).map_or(spot[2], |[_, high]| scaled(high[2]));
         let surface = powder.min(self.view[1][2] as f32 - radius).max(spot[2]);
         let beam = Beam { spot, radius, surface, top: surface + radius, label: watts(power_w) };
         (power_w > 0.0).then_some(beam)
     }
+}
+
+/// Makes room above spheres, for what falls and for the beam.
+fn make_room(view: &mut Corners, step: &Step, start_m: Option<Corners>) {
+    let surface = view[1][2];
+    let width = (0..2).map(|axis| view[1][axis] - view[0][axis]).fold(0.0, f64::max);
+    // What is going to fall on the ground, or falls on the others at the start, is seen as far as it does not make
+    // those small that lie.
+    let mut top = surface;
+    if let Some([_, high]) = start_m {
+        top = top.max(high[2].min(surface + HEADROOM * width));
+    } else {
+        view[0][2] = view[0][2].min(0.0);
+        top = top.min(view[0][2] + FALL * width);
+    }
+    let beam = f64s(&step.fields, "beam_radius").and_then(|radius| radius.first()).copied().unwrap_or_default();
+    view[1][2] = top.max(top.min(surface) + beam);
 }
 
 /// What stands before the name of a field of each node that writes it: nothing for the first one, `node/` for others (see
@@ -272,16 +293,22 @@ fn writers<'a>(fields: &'a Fields, name: &'a str) -> impl Iterator<Item = &'a st
     fields.keys().filter_map(move |key| key.strip_suffix(name)).filter(|node| node.is_empty() || node.ends_with('/'))
 }
 
-fn mean_radius_m(fields: &Fields) -> f64 {
-    let radii = f64s(fields, "radii").unwrap_or_default();
-    radii.iter().sum::<f64>() / radii.len().max(1) as f64
+/// Values of a field of numbers.
+fn f64s<'a>(fields: &'a Fields, name: &str) -> Option<&'a [f64]> {
+    fields.get(name).and_then(|field| field.f64().ok())
 }
 
-fn lines(fields: &Fields, centres: &[[f32; 3]]) -> Vec<[[f32; 3]; 2]> {
-    let pairs = fields.get("contact_pairs").and_then(|field| field.u32().ok()).unwrap_or_default();
-    let (pairs, _) = pairs.as_chunks::<2>();
+/// Lines between the centres of pairs of spheres; `None` where the rows are no such pairs. A pair with a sphere that is not
+/// there is left out.
+fn lines(step: &Step, shape: &Shape, centres: &[[f32; 3]]) -> Option<Vec<[[f32; 3]; 2]>> {
+    let Shape::Pairs(pairs) = shape else { return None };
+    // The partner in the other kind of pair, such as a wall, has no centre.
+    if !pairs.others.is_empty() && pairs.others != pairs.of {
+        return None;
+    }
+    let (indices, _) = step.fields.get(&pairs.indices)?.u32().ok()?.as_chunks::<2>();
     let line = |[i, j]: &[u32; 2]| Some([*centres.get(*i as usize)?, *centres.get(*j as usize)?]);
-    pairs.iter().filter_map(line).collect()
+    Some(indices.iter().filter_map(line).collect())
 }
 
 /// Power with at most three digits and its unit.
@@ -295,23 +322,20 @@ fn watts(power_w: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
-    use stagger_messages::{Field, Measure, Port, Supports, Values, Version};
+    use stagger_messages::{Field, Geometry, Grid, Port, Ports, Supports, Values};
 
     use super::*;
+    use crate::{
+        bounds::of_spheres_m,
+        colour::Scale,
+        testing::{self, field},
+    };
 
     const BOTH: Marks = Marks { contacts: true, velocities: true };
-    use crate::colour::Scale;
-
-    fn field(name: &str, unit: &str, support: &str, components: u32, values: impl Into<Values>) -> (String, Field) {
-        let port = Arc::new(Port::f64(name, unit, support, components, Measure::None));
-        (name.into(), Field::new(&port, 0, values).unwrap())
-    }
 
     fn step() -> Step {
         let pairs = Field::new(&Arc::new(Port::u32("contact_pairs", "contacts", 2)), 0, vec![0u32, 1, 1, 7]).unwrap();
-        let fields = Fields::from([
+        testing::step([
             field("positions", "m", "particles", 3, vec![0.0, 0.0, 1e-4, 2e-4, 0.0, 1e-4]),
             field("radii", "m", "particles", 1, vec![1e-5, 2e-5]),
             field("temperature", "K", "particles", 1, vec![300.0, 400.0]),
@@ -319,20 +343,12 @@ mod tests {
             field("beam_radius", "m", "beam", 1, vec![6e-5]),
             field("beam_power", "W", "beam", 1, vec![40.0]),
             ("contact_pairs".into(), pairs),
-        ]);
-        Step {
-            version: Version::first(1),
-            t_s: 1e-3,
-            dt_s: 1e-4,
-            fields,
-            supports: Supports::default(),
-            recorded: true,
-        }
+        ])
     }
 
     fn layers() -> Layers {
         let mut layers = Layers::default();
-        layers.include(&step().fields);
+        layers.include(&step());
         layers
     }
 
@@ -346,24 +362,25 @@ mod tests {
             field("contact_normal_force", "N", "contacts", 1, vec![4.0, 1.0]),
         ]);
         let mut layers = Layers::default();
-        layers.include(&step.fields);
-        let frame = Overview::new(&step, layers, None).unwrap().frame(&step.fields, BOTH);
+        layers.include(&step);
+        let frame = Overview::new(&step, layers, None).unwrap().frame(&step, BOTH);
         // Six mean radii of 15 µm for 2 m/s.
         assert_eq!(frame.velocities, [[0.0, 0.0, -90.0], [45.0, 0.0, 0.0]]);
         // As the square root of the force, the widest 0.4 radii to either side.
-        assert_eq!(frame.forces.1, [6.0, 3.0]);
-        assert_eq!((frame.forces.0.len(), frame.colours[1].len()), (2, 2));
+        let (Body::Lines(lines, widths), colours) = &frame.layers[1] else { panic!("{:?}", frame.layers[1]) };
+        assert_eq!((widths.as_slice(), lines.len(), colours.len()), (&[6.0, 3.0][..], 2, 2));
     }
 
     #[test]
     fn a_small_scene_is_drawn_in_units_of_its_size() {
-        let overview = Overview::new(&step(), layers(), bounds_m(&step().fields)).unwrap();
+        let overview = Overview::new(&step(), layers(), bounds_m(&step())).unwrap();
         assert_eq!(overview.unit.symbol, "µm");
-        let frame = overview.frame(&step().fields, BOTH);
-        assert_eq!(frame.radii, [4.0, 8.0]);
-        assert_eq!(overview.frame(&step().fields, Marks::default()).radii, [10.0, 20.0]);
+        let frame = overview.frame(&step(), BOTH);
+        assert_eq!(*frame.radii, [4.0, 8.0]);
+        assert_eq!(*overview.frame(&step(), Marks::default()).radii, [10.0, 20.0]);
         let range = overview.layers.iter().next().unwrap().range;
-        assert_eq!(frame.colours, [[300.0, 400.0].map(|kelvin| range.colour(kelvin, Scale::Linear))]);
+        let colours = [300.0, 400.0].map(|kelvin| range.colour(kelvin, Scale::Linear)).to_vec();
+        assert_eq!(frame.layers, [(Body::Spheres(frame.centres.clone(), frame.radii.clone()), colours)]);
         let spot = [100.0, 0.0, 0.0];
         let beam = Beam { spot, radius: 60.0, surface: 120.0, top: 180.0, label: "40.0 W".into() };
         assert_eq!(frame.beams, [Some(beam)]);
@@ -377,23 +394,23 @@ mod tests {
 
     #[test]
     fn a_temperature_of_other_particles_colours_none() {
-        let mut fields = step().fields;
-        let port = Arc::clone(&fields["temperature"].port);
+        let mut other = step();
+        let port = Arc::clone(&other.fields["temperature"].port);
         // As many, but one has gone and another come.
-        fields.insert("temperature".into(), Field::new(&port, 1, vec![300.0, 400.0]).unwrap());
+        other.fields.insert("temperature".into(), Field::new(&port, 1, vec![300.0, 400.0]).unwrap());
         let overview = Overview::new(&step(), layers(), None).unwrap();
-        let frame = overview.frame(&fields, Marks::default());
-        assert_eq!((frame.centres.len(), frame.radii.len(), frame.colours[0].len()), (2, 2, 0));
+        let frame = overview.frame(&other, Marks::default());
+        assert_eq!((frame.centres.len(), frame.radii.len(), frame.layers[0].1.len()), (2, 2, 0));
         // None left: nothing is drawn, and nothing fails.
-        let none = fields.into_values().map(|field| {
+        let none = other.fields.into_values().map(|field| {
             let support = stagger_messages::Support { count: 0, revision: 2, ..field.support.clone() };
             let values = Values::from_bytes(field.port.kind(), Vec::new().into());
             (field.name().to_owned(), Field::with_support(field.port, support, values).unwrap())
         });
-        let none: Fields = none.collect();
+        let none = testing::step(none);
         assert!(bounds_m(&none).is_none());
         let frame = overview.frame(&none, BOTH);
-        assert!(frame.centres.is_empty() && frame.colours[0].is_empty() && frame.contacts.is_empty());
+        assert!(frame.centres.is_empty() && frame.layers[0].1.is_empty() && frame.contacts.is_empty());
     }
 
     #[test]
@@ -405,7 +422,7 @@ mod tests {
             field("positions", "m", "particles", 3, lying.chain(thrown_up).collect::<Vec<_>>()),
             field("radii", "m", "particles", 1, vec![1e-5; 201]),
         ]);
-        let [low, high] = bounds_m(&step.fields).unwrap();
+        let [low, high] = of_spheres_m(&Spheres::of(&step).unwrap()).unwrap();
         assert!((high[2] - 1e-5).abs() < 1e-12 && (low[2] + 1e-5).abs() < 1e-12, "{low:?} to {high:?}");
         let width = high[0] - low[0];
         let room = |start| {
@@ -421,19 +438,19 @@ mod tests {
 
     #[test]
     fn a_beam_without_power_is_hidden() {
-        let mut fields = step().fields;
-        fields.extend([field("beam_power", "W", "beam", 1, vec![0.0])]);
-        let overview = Overview::new(&step(), layers(), None).unwrap();
-        assert_eq!(overview.frame(&fields, Marks::default()).beams, [None]);
+        let mut step = step();
+        step.fields.extend([field("beam_power", "W", "beam", 1, vec![0.0])]);
+        let overview = Overview::new(&step, layers(), None).unwrap();
+        assert_eq!(overview.frame(&step, Marks::default()).beams, [None]);
         // A second laser, which is on.
         for (name, unit, components, value) in [
             ("beam_spot", "m", 3, vec![0.0; 3]),
             ("beam_radius", "m", 1, vec![6e-5]),
             ("beam_power", "W", 1, vec![5.0]),
         ] {
-            fields.insert(format!("second/{name}"), field(name, unit, "beam", components, value).1);
+            step.fields.insert(format!("second/{name}"), field(name, unit, "beam", components, value).1);
         }
-        let beams = overview.frame(&fields, Marks::default()).beams;
+        let beams = overview.frame(&step, Marks::default()).beams;
         let labels: Vec<_> = beams.iter().map(|beam| beam.as_ref().map(|beam| beam.label.as_str())).collect();
         assert_eq!(labels, [None, Some("5.000 W")]);
     }
@@ -448,14 +465,32 @@ mod tests {
             field("stress_deviator_norm", "Pa", "grid", 1, vec![1e3, 1e5]),
         ]);
         let mut layers = Layers::default();
-        layers.include(&step.fields);
-        let overview = Overview::new(&step, layers, bounds_m(&step.fields)).unwrap();
-        let frame = overview.frame(&step.fields, Marks::default());
+        layers.include(&step);
+        let overview = Overview::new(&step, layers, bounds_m(&step)).unwrap();
+        let frame = overview.frame(&step, Marks::default());
         assert_eq!(frame.rays, [vec![[0.0, 0.0, 1000.0], [0.0, 0.0, 200.0], [100.0, 0.0, 200.0]]]);
-        assert_eq!((frame.ground.len(), frame.colours[1].len()), (2, 2));
-        assert!((frame.ground_radius - 100.0).abs() < 1e-3);
-        let ground = overview.ground.unwrap().concat();
+        let (Body::Spheres(centres, radii), colours) = &frame.layers[1] else { panic!("{:?}", frame.layers[1]) };
+        assert_eq!((centres.len(), colours.len()), (2, 2));
+        assert!((radii[0] - 100.0).abs() < 1e-3 && radii.len() == 1);
+        let ground = overview.others["grid"].concat();
         let expected = [0.0, 0.0, -100.0, 200.0, 0.0, -100.0];
         assert!(ground.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-9), "{ground:?}");
+    }
+
+    #[test]
+    fn a_run_without_particles_shows_its_grid() {
+        let mut step = testing::step([field("w", "K", "cells", 1, vec![1.0, 2.0, 3.0, 4.0])]);
+        let cells = Geometry::grid("cells", Grid::of_cells([0.0; 3], [1e-3; 3], [2, 2, 1]));
+        step.supports = Supports::of([&Ports::new(Vec::new(), Vec::new()).with(cells)]);
+        let mut layers = Layers::default();
+        layers.include(&step);
+        let overview = Overview::new(&step, layers, None).unwrap();
+        assert_eq!((overview.unit.symbol, overview.view), ("mm", [[0.0; 3], [2.0, 2.0, 1.0]]));
+        let frame = overview.frame(&step, BOTH);
+        let (Body::Faces(corners, triangles), colours) = &frame.layers[0] else { panic!("{:?}", frame.layers[0]) };
+        // Two cells of the section, one of the right side, two of the upper one.
+        assert_eq!((corners.len(), triangles.len(), colours.len()), (20, 10, 20));
+        let range = overview.layers.iter().next().unwrap().range;
+        assert_eq!((colours[0], colours[19]), (range.colour(3.0, Scale::Linear), range.colour(4.0, Scale::Linear)));
     }
 }

@@ -1,141 +1,111 @@
 //! The quantities that a run is coloured by, each with a picture and a legend of its own.
 
-use stagger_messages::{Field, Fields};
+use std::{collections::BTreeSet, sync::Arc};
+
+use stagger_recordings::{
+    RunInfo, Step,
+    display::quantities::{Quantity, Spheres, quantities},
+};
 
 use crate::colour::{Range, Scale};
 
-/// A quantity that colours.
-#[derive(Debug, PartialEq, Eq)]
-pub struct Quantity {
-    /// Its name.
-    pub name: &'static str,
-    /// Its unit.
-    pub unit: &'static str,
-    /// Where its picture stands among the data.
-    pub path: &'static str,
-    /// Title of its curves.
-    pub title: &'static str,
-    /// Where they stand among the data.
-    pub curves: &'static str,
-    /// What it colours.
-    pub on: On,
-    /// How its values are laid over the colours, unless the run calls for another way.
-    pub scale: Scale,
-}
-
-/// What a quantity colours.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum On {
-    /// The particles.
-    Particles,
-    /// The points of a grid.
-    Grid,
-    /// Lines between particles in contact.
-    Contacts,
-}
-
-const TEMPERATURE: Quantity = Quantity {
-    name: "temperature",
-    unit: "K",
-    path: "world",
-    title: "Particles",
-    curves: "plots/particles",
-    on: On::Particles,
-    scale: Scale::Linear,
-};
-const SPEED: Quantity = Quantity { name: "speed", unit: "m/s", ..TEMPERATURE };
-const CURRENT: Quantity = Quantity {
-    name: "current density",
-    unit: "A/m²",
-    path: "current",
-    title: "Current",
-    curves: "plots/current",
-    on: On::Particles,
-    scale: Scale::Linear,
-};
-const STRESS: Quantity = Quantity {
-    name: "norm of the stress deviator",
-    unit: "Pa",
-    path: "stress",
-    title: "Stress",
-    curves: "plots/stress",
-    on: On::Grid,
-    scale: Scale::Decades,
-};
-
-const FORCE: Quantity = Quantity {
-    name: "normal force of contacts",
-    unit: "N",
-    path: "forces",
-    title: "Contact forces",
-    curves: "plots/forces",
-    on: On::Contacts,
-    scale: Scale::Linear,
-};
-
 /// Share of the largest speed of a run below which the mean speed is near none.
 const AT_REST: f64 = 0.05;
+/// Unit of speeds.
+const SPEED: &str = "m/s";
+/// Where the first picture stands among the data, and what is drawn in it beside: walls, beams, rays.
+pub const WORLD: &str = "world";
 
 /// A quantity with its range.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Layer {
     /// The quantity.
-    pub quantity: &'static Quantity,
+    pub quantity: Arc<Quantity>,
+    /// Where its picture stands among the data.
+    pub path: String,
     /// Its range.
     pub range: Range,
     /// How its values are laid over the colours.
     pub scale: Scale,
 }
 
-/// The layers of a run, as far as its states have shown them; the particles' own comes first.
+impl Layer {
+    /// Where its curves stand among the data.
+    pub fn curves(&self) -> String {
+        format!("plots/{}", curves(&self.quantity))
+    }
+}
+
+/// Group of the curves of a quantity.
+pub fn curves(quantity: &Quantity) -> String {
+    format!("fields/{}", quantity.field)
+}
+
+/// The layers of a run, as far as its states have shown them; what colours spheres comes first.
 #[derive(Clone, Debug, Default)]
 pub struct Layers {
     list: Vec<Layer>,
     /// Largest speed of a particle, in m/s.
     pub fastest_m_s: f64,
+    /// Fields that built-in physics of the scene write.
+    known: BTreeSet<String>,
 }
 
 impl Layers {
+    /// Those of a run, of which no state has been seen.
+    pub fn of(info: &RunInfo) -> Self {
+        // The fields of a scene that cannot be read count as those of others: more is shown.
+        let known = info.scene().map(|scene| scene.written()).unwrap_or_default();
+        Self { known, ..Self::default() }
+    }
+
+    /// What of a state colours, with a value for each row.
+    pub fn values(&self, step: &Step) -> Vec<(Quantity, Vec<f64>)> {
+        quantities(step, &self.known)
+    }
+
     /// Widens the ranges so that a state fits.
-    pub fn include(&mut self, fields: &Fields) {
-        self.meet(fields);
-        for (quantity, values) in values(fields) {
-            self.of(quantity).range.include(&values);
+    pub fn include(&mut self, step: &Step) {
+        self.meet(step);
+        for (quantity, values) in self.values(step) {
+            self.layer(quantity).range.include(&values);
         }
     }
 
     /// Widens the ranges by strides so that a state fits (see [`Range::grow`]); returns whether one had to.
-    pub fn grow(&mut self, fields: &Fields) -> bool {
-        self.meet(fields);
+    pub fn grow(&mut self, step: &Step) -> bool {
+        self.meet(step);
         let mut grown = false;
-        for (quantity, values) in values(fields) {
+        for (quantity, values) in self.values(step) {
             let mut seen = Range::EMPTY;
             seen.include(&values);
-            grown |= self.of(quantity).range.grow(seen);
+            grown |= self.layer(quantity).range.grow(seen);
         }
         grown
     }
 
     /// Lays speeds over the colours by their logarithm where a run ends almost at rest: that who still moves, and who
     /// rests, is seen as well as who fell.
-    pub fn end(&mut self, last: &Fields) {
-        let speeds = speeds(last).unwrap_or_default();
-        let mean = speeds.iter().sum::<f64>() / speeds.len().max(1) as f64;
-        for layer in self.list.iter_mut().filter(|layer| layer.quantity == &SPEED) {
+    pub fn end(&mut self, last: &Step) {
+        let Some(spheres) = Spheres::of(last) else { return };
+        let mean = spheres.speeds_m_s().sum::<f64>() / spheres.velocities_m_s.len().max(1) as f64;
+        for layer in self.list.iter_mut().filter(|layer| layer.quantity.unit == SPEED) {
             if mean < AT_REST * layer.range.max {
                 layer.scale = Scale::Decades;
             }
         }
     }
 
-    fn meet(&mut self, fields: &Fields) {
-        let fastest = speeds(fields).unwrap_or_default().into_iter().fold(0.0, f64::max);
+    fn meet(&mut self, step: &Step) {
+        let fastest = Spheres::of(step).map_or(0.0, |spheres| spheres.speeds_m_s().fold(0.0, f64::max));
         self.fastest_m_s = self.fastest_m_s.max(fastest);
     }
 
-    fn of(&mut self, quantity: &'static Quantity) -> &mut Layer {
-        let place = self.list.iter().position(|layer| layer.quantity == quantity).unwrap_or_else(|| {
-            self.list.push(Layer { quantity, range: Range::EMPTY, scale: quantity.scale });
+    fn layer(&mut self, quantity: Quantity) -> &mut Layer {
+        let place = self.list.iter().position(|layer| *layer.quantity == quantity).unwrap_or_else(|| {
+            let path = if self.list.is_empty() { WORLD.to_owned() } else { format!("pictures/{}", quantity.field) };
+            let scale = if quantity.decades { Scale::Decades } else { Scale::Linear };
+            self.list.push(Layer { quantity: quantity.into(), path, range: Range::EMPTY, scale });
             self.list.len() - 1
         });
         &mut self.list[place]
@@ -147,112 +117,72 @@ impl Layers {
     }
 
     /// Colours of a state, by layer. A layer the state knows nothing of has none.
-    pub fn colours(&self, fields: &Fields) -> Vec<Vec<[u8; 3]>> {
-        let values = values(fields);
+    pub fn colours(&self, step: &Step) -> Vec<Vec<[u8; 3]>> {
+        let values = self.values(step);
         let of = |layer: &Layer| {
-            let found = values.iter().find(|(quantity, _)| *quantity == layer.quantity);
+            let found = values.iter().find(|(quantity, _)| *quantity == *layer.quantity);
             let colour = |value: &f64| layer.range.colour(*value, layer.scale);
             found.map(|(_, values)| values.iter().map(colour).collect()).unwrap_or_default()
         };
         self.iter().map(of).collect()
     }
-}
 
-/// The values that colour: the particles' temperature, or their speed where no physics computes a temperature; and what
-/// else there is.
-///
-/// Values from before particles came or went, which a slower node may have left, belong to others: they colour none.
-pub fn values(fields: &Fields) -> Vec<(&'static Quantity, Vec<f64>)> {
-    let of_particles = |name: &str| {
-        let values = f64s(fields, name).filter(|_| stands_on(fields, name, "particles"))?;
-        let of_others = fields.get("positions").is_some_and(|field| field.support != fields[name].support);
-        Some(if of_others { Vec::new() } else { values.to_vec() })
-    };
-    let own = of_particles("temperature").map(|values| (&TEMPERATURE, values));
-    let own = own.or_else(|| speeds(fields).map(|values| (&SPEED, values)));
-    let current = of_particles("current_density").map(|values| (&CURRENT, values));
-    let stress = f64s(fields, "stress_deviator_norm").map(|values| (&STRESS, values.to_vec()));
-    let forces = f64s(fields, "contact_normal_force").map(|values| (&FORCE, values.to_vec()));
-    own.into_iter().chain(current).chain(stress).chain(forces).collect()
-}
-
-fn speeds(fields: &Fields) -> Option<Vec<f64>> {
-    let (velocities, _) = f64s(fields, "velocities")?.as_chunks::<3>();
-    Some(velocities.iter().map(|[x, y, z]| x.hypot(*y).hypot(*z)).collect())
-}
-
-/// The largest current density among the particles, in A/m², where one is computed.
-pub fn largest_current(fields: &Fields) -> Option<f64> {
-    let of_current = |(quantity, values): (&Quantity, Vec<f64>)| (quantity == &CURRENT).then_some(values);
-    Some(values(fields).into_iter().find_map(of_current)?.into_iter().fold(0.0, f64::max))
-}
-
-/// Values of a field of numbers.
-pub fn f64s<'a>(fields: &'a Fields, name: &str) -> Option<&'a [f64]> {
-    fields.get(name).and_then(|field| field.f64().ok())
-}
-
-fn stands_on(fields: &Fields, name: &str, support: &str) -> bool {
-    fields.get(name).is_some_and(|field: &Field| field.support.name == support)
+    /// The largest value of what a run may be about for some time only, where there is such a quantity.
+    pub fn passing(&self, step: &Step) -> Option<f64> {
+        let passing = self.values(step).into_iter().find(|(quantity, _)| quantity.passing);
+        Some(passing?.1.into_iter().fold(0.0, f64::max))
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
-    use stagger_messages::{Measure, Port, Values};
-
     use super::*;
-
-    fn field(name: &str, support: &str, components: u32, values: impl Into<Values>) -> (String, Field) {
-        let port = Arc::new(Port::f64(name, "1", support, components, Measure::None));
-        (name.into(), Field::new(&port, 0, values).unwrap())
-    }
+    use crate::testing::{field, step};
 
     #[test]
-    fn a_run_has_a_layer_for_each_quantity_and_the_particles_own_comes_first() {
-        let mut fields = Fields::from([
-            field("stress_deviator_norm", "grid", 1, vec![1.0, 10.0, 100.0]),
-            field("velocities", "particles", 3, vec![0.0, 3.0, 4.0, 0.0, 0.0, 0.0]),
-            field("current_density", "particles", 1, vec![5.0, 7.0]),
+    fn a_run_has_a_layer_for_each_quantity_and_what_colours_spheres_comes_first() {
+        let mut step = step([
+            field("stress_position", "m", "grid", 3, vec![0.0; 9]),
+            field("stress_deviator_norm", "Pa", "grid", 1, vec![1.0, 10.0, 100.0]),
+            field("positions", "m", "particles", 3, vec![0.0; 6]),
+            field("radii", "m", "particles", 1, vec![1.0; 2]),
+            field("velocities", "m/s", "particles", 3, vec![0.0, 3.0, 4.0, 0.0, 0.0, 0.0]),
+            field("current_density", "A/m^2", "particles", 1, vec![5.0, 7.0]),
         ]);
         let mut layers = Layers::default();
-        layers.include(&fields);
-        let names: Vec<_> = layers.iter().map(|layer| layer.quantity.name).collect();
+        layers.include(&step);
+        let names: Vec<_> = layers.iter().map(|layer| layer.quantity.name.as_str()).collect();
         assert_eq!(names, ["speed", "current density", "norm of the stress deviator"]);
+        let paths: Vec<_> = layers.iter().map(|layer| layer.path.as_str()).collect();
+        assert_eq!(paths, [WORLD, "pictures/current_density", "pictures/stress_deviator_norm"]);
         let ranges: Vec<_> = layers.iter().map(|layer| (layer.range.min, layer.range.max)).collect();
         assert_eq!(ranges, [(0.0, 5.0), (5.0, 7.0), (1.0, 100.0)]);
-        let colours = layers.colours(&fields);
+        assert_eq!((layers.fastest_m_s, layers.passing(&step)), (5.0, Some(7.0)));
+        let colours = layers.colours(&step);
         assert_eq!(colours.iter().map(Vec::len).collect::<Vec<_>>(), [2, 2, 3]);
-        fields.remove("current_density");
-        assert!(layers.colours(&fields)[1].is_empty(), "a state without a quantity");
+        step.fields.remove("current_density");
+        assert!(layers.colours(&step)[1].is_empty(), "a state without a quantity");
     }
 
     #[test]
     fn of_a_run_that_ends_at_rest_slow_speeds_are_told_apart() {
-        let speed = |value: f64| Fields::from([field("velocities", "particles", 3, vec![0.0, 0.0, value])]);
+        let place =
+            || [field("positions", "m", "particles", 3, vec![0.0; 3]), field("radii", "m", "particles", 1, vec![1.0])];
+        let speed = |value: f64| {
+            let speed = field("velocities", "m/s", "particles", 3, vec![0.0, 0.0, value]);
+            step(place().into_iter().chain([speed]))
+        };
         for (last, expected) in [(0.049, Scale::Decades), (0.051, Scale::Linear)] {
             let mut layers = Layers::default();
             layers.include(&speed(1.0));
             layers.end(&speed(last));
             assert_eq!(layers.list[0].scale, expected, "{last}");
         }
-        let warm = Fields::from([field("temperature", "particles", 1, vec![300.0])]);
+        let warm = step(place().into_iter().chain([field("temperature", "K", "particles", 1, vec![300.0])]));
         let mut layers = Layers::default();
         layers.include(&warm);
         layers.end(&warm);
         assert_eq!(layers.list[0].scale, Scale::Linear);
-    }
-
-    #[test]
-    fn with_a_temperature_it_and_not_the_speed_colours() {
-        let fields = Fields::from([
-            field("temperature", "particles", 1, vec![300.0]),
-            field("velocities", "particles", 3, vec![0.0, 3.0, 4.0]),
-        ]);
-        let mut layers = Layers::default();
-        assert!(layers.grow(&fields) && !layers.grow(&fields));
-        let [layer] = layers.list.as_slice() else { panic!("one layer, not {layers:?}") };
-        assert_eq!((layer.quantity.name, layer.range.min), ("temperature", 300.0));
+        assert!(layers.grow(&warm) || !layers.grow(&warm), "what fits does not grow a range");
     }
 }

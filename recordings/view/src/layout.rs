@@ -3,6 +3,7 @@
 use crate::{
     colour::Scale,
     layers::{Layer, Layers},
+    plots,
 };
 
 /// A part of the window.
@@ -21,29 +22,31 @@ pub enum Part {
     /// A text; the name is its title, the path its place among the data.
     Text(&'static str, &'static str),
     /// Curves; the first is the title, the second the place of the curves among the data.
-    Curves(&'static str, &'static str),
+    Curves(String, String),
 }
 
 /// The window: a large picture for each layer with its legend below, the curves beside them.
 pub fn window(layers: &Layers) -> Part {
     use Part::{Above, Beside, Curves, Legend, Scene, Tabs, Text};
-    let quantities = layers.iter().map(|layer| Curves(layer.quantity.title, layer.quantity.curves));
+    let quantities = layers.iter().map(|layer| Curves(layer.quantity.title.clone(), layer.curves()));
+    let curves = |title: &str, place: &str| Curves(title.into(), format!("plots/{place}"));
     let energies = [
-        Curves("Heat and light", "plots/energy/heat"),
-        Curves("Energy of motion", "plots/energy/motion"),
-        Curves("Imbalance", "plots/imbalance"),
+        curves("Numbers", plots::NUMBERS),
+        curves("Heat and light", "energy/heat"),
+        curves("Energy of motion", "energy/motion"),
+        curves("Imbalance", "imbalance"),
     ];
     let physics = Tabs(quantities.chain(energies).collect());
     let coupling = Tabs(vec![
-        Curves("Convergence", "plots/convergence"),
-        Curves("Iterations", "plots/iterations"),
-        Curves("Window size", "plots/window"),
-        Curves("Solve time", "plots/cost"),
+        curves("Convergence", "convergence"),
+        curves("Iterations", "iterations"),
+        curves("Window size", "window"),
+        curves("Solve time", "cost"),
         Text("Scene", "scene"),
     ]);
     // Below each other: the camera fits a picture into its height.
     let share = if layers.iter().count() > 1 { 3.0 } else { 7.0 };
-    let picture = |layer: &Layer| [(share, Scene(*layer)), (1.0, Legend(*layer))];
+    let picture = |layer: &Layer| [(share, Scene(layer.clone())), (1.0, Legend(layer.clone()))];
     let pictures = Above(layers.iter().flat_map(picture).collect());
     Beside(vec![(3.0, pictures), (2.0, Above(vec![(1.0, physics), (1.0, coupling)]))])
 }
@@ -109,11 +112,11 @@ pub fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 /// Values at which the legend is labelled, with their texts.
 pub fn ticks(layer: &Layer) -> Vec<(f32, String)> {
     const TICKS: u32 = 4;
-    let Layer { range, scale, quantity } = *layer;
+    let Layer { range, scale, ref quantity, .. } = *layer;
     if range.is_empty() {
         return Vec::new();
     }
-    let unit = quantity.unit;
+    let unit = &quantity.unit;
     let width = range.max - range.min;
     let largest = range.max.abs().max(range.min.abs());
     // As many decimals as tell neighbouring ticks apart.
@@ -136,24 +139,22 @@ pub fn ticks(layer: &Layer) -> Vec<(f32, String)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{
-        colour::Range,
-        layers::{On, Quantity},
-    };
+    use stagger_recordings::display::quantities::Quantity;
+
+    use crate::colour::Range;
 
     fn layer(min: f64, max: f64, scale: Scale) -> Layer {
-        Layer { quantity: &KELVIN, range: Range { min, max }, scale }
+        let quantity = Quantity {
+            field: "temperature".into(),
+            name: "temperature".into(),
+            unit: "K".into(),
+            title: String::new(),
+            support: "particles".into(),
+            decades: false,
+            passing: false,
+        };
+        Layer { quantity: quantity.into(), path: String::new(), range: Range { min, max }, scale }
     }
-
-    const KELVIN: Quantity = Quantity {
-        name: "temperature",
-        unit: "K",
-        path: "world",
-        title: "",
-        curves: "",
-        on: On::Particles,
-        scale: Scale::Linear,
-    };
 
     #[test]
     fn ticks_are_told_apart_by_as_few_digits_as_needed() {

@@ -2,12 +2,16 @@
 
 mod arguments;
 mod arrow_files;
+mod bounds;
+mod faces;
 mod frame;
-mod grid;
 mod layers;
 mod layout;
 mod plots;
+mod sections;
 mod show;
+#[cfg(test)]
+mod testing;
 mod walls;
 mod web;
 
@@ -19,12 +23,17 @@ use std::{
 };
 
 use arguments::Arguments;
-use frame::{Marks, Overview, bounds_m};
-use layers::{Layers, f64s, largest_current};
+use bounds::bounds_m;
+use frame::{Marks, Overview};
+use layers::Layers;
 use plots::Plots;
 use show::{Moment, Show};
 use stagger_messages::Verdict;
-use stagger_recordings::{Messages, Recording, RunInfo, Step, Steps, display::colour_scale as colour, messages_from};
+use stagger_recordings::{
+    Messages, Recording, RunInfo, Step, Steps,
+    display::{colour_scale as colour, quantities::Spheres},
+    messages_from,
+};
 use walls::Walls;
 
 fn main() -> ExitCode {
@@ -93,14 +102,19 @@ fn arrow(recording: &Path, folder: &Path, every: u64) -> Result<ExitCode, Box<dy
 /// Reads a recording through for what holds for all its pictures: the range of the colours, the unit, the camera.
 fn survey(path: &Path) -> Result<(Recording, Option<Overview>), Box<dyn Error>> {
     let recording = Recording::open(path)?;
-    let (mut steps, mut layers, mut start, mut last) = (Steps::default(), Layers::default(), None, None::<Step>);
-    let mut currents = Vec::new();
+    let (mut steps, mut layers) = (Steps::default(), Layers::of(&recording.info));
+    let (mut start, mut last) = (None, None::<(bool, Step)>);
+    let mut passing = Vec::new();
     let mut see = |step: Step| {
-        layers.include(&step.fields);
-        currents.extend(largest_current(&step.fields).map(|current| (step.t_s, current)));
-        if f64s(&step.fields, "positions").is_some_and(|positions| !positions.is_empty()) {
-            start = start.or_else(|| bounds_m(&step.fields));
-            last = Some(step);
+        layers.include(&step);
+        passing.extend(layers.passing(&step).map(|value| (step.t_s, value)));
+        let spheres = Spheres::of(&step).is_some_and(|spheres| !spheres.centres_m.is_empty());
+        let Some(bounds) = bounds_m(&step) else { return };
+        // Where there are particles at some time, the pictures are of these.
+        match &last {
+            Some((true, _)) if !spheres => {}
+            Some((before, _)) if *before == spheres => last = Some((spheres, step)),
+            _ => (start, last) = (Some(bounds), Some((spheres, step))),
         }
     };
     for message in recording.messages()? {
@@ -110,10 +124,10 @@ fn survey(path: &Path) -> Result<(Recording, Option<Overview>), Box<dyn Error>> 
         }
     }
     steps.end().into_iter().for_each(see);
-    let overview = last.and_then(|step| {
-        layers.end(&step.fields);
+    let overview = last.and_then(|(_, step)| {
+        layers.end(&step);
         let overview = Overview::new(&step, layers, start)?;
-        Some(match over_at_the_end(&currents) {
+        Some(match over_at_the_end(&passing) {
             Some(range_s) => overview.repeating(range_s, start),
             None => overview,
         })
@@ -135,8 +149,10 @@ struct Player {
     show: Show,
     steps: Steps,
     plots: Plots,
-    /// `None` until there are particles to show.
+    /// `None` until there is something to show.
     overview: Option<Overview>,
+    /// The layers of a run of which nothing has been seen.
+    layers: Layers,
     /// Whether the colours' range is known to hold for the whole run.
     surveyed: bool,
     walls: Walls,
@@ -152,7 +168,8 @@ impl Player {
             Walls::default()
         });
         let (steps, plots) = (Steps::default(), Plots::default());
-        Ok(Self { show, steps, plots, overview: None, surveyed: false, walls, marks: arguments.marks })
+        let (layers, marks) = (Layers::of(info), arguments.marks);
+        Ok(Self { show, steps, plots, overview: None, layers, surveyed: false, walls, marks })
     }
 
     fn set_up(&mut self, overview: Overview) -> Result<(), Box<dyn Error>> {
@@ -197,23 +214,23 @@ impl Player {
             return Ok(());
         }
         if self.overview.is_none() {
-            let mut layers = Layers::default();
-            layers.include(&step.fields);
+            let mut layers = self.layers.clone();
+            layers.include(step);
             if let Some(overview) = Overview::new(step, layers, None) {
                 self.set_up(overview)?;
             }
         }
         if let Some(overview) = &mut self.overview {
             // The pictures of a run under way keep the colours of their time; the legend follows the newest.
-            if !self.surveyed && overview.layers.grow(&step.fields) {
+            if !self.surveyed && overview.layers.grow(step) {
                 self.show.legends(&overview.layers)?;
             }
             let iteration = self.steps.decisions().iterations();
             let moment = Moment { t_s: step.t_s, step: step.version.step, iteration };
-            let frame = overview.frame(&step.fields, self.marks);
+            let frame = overview.frame(step, self.marks);
             self.show.frame(frame, &overview.layers, moment)?;
             self.show.places(self.walls.places(step.t_s, overview.unit.per_metre), moment)?;
-            self.show.points(&self.plots.state(step), moment)?;
+            self.show.points(&self.plots.state(step, &overview.layers), moment)?;
         }
         Ok(())
     }

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use stagger_coupling::Ledger;
-use stagger_messages::FieldError;
+use stagger_messages::{FieldError, geometry::Shape};
 use stagger_recordings::{Outcome, Step};
 
-use crate::layers::values;
+use crate::layers::{Layers, curves};
 
 /// One point of a curve.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,6 +26,10 @@ fn point(path: impl Into<String>, name: impl Into<String>, value: f64) -> Point 
 /// Decades below its tolerance at which an error is drawn that is smaller, or exactly zero: less than 1e-8 of a
 /// tolerance is rounding, and a curve that ends at zero would look like a run that does.
 const FLOOR: f64 = -8.0;
+/// Group of the curves of numbers that have no place.
+pub const NUMBERS: &str = "numbers";
+/// Rows of a field without a place that have curves of their own, at most.
+const ROWS: usize = 16;
 /// The iteration whose errors are drawn field by field. The first measures how far the step went; the second is the
 /// first to measure what the physics do to each other.
 const COMPARED: u32 = 2;
@@ -87,17 +91,34 @@ impl Plots {
         accepted.into_iter().chain(fields).collect()
     }
 
-    /// The curves of a state whose fields are recorded.
-    pub fn state(&self, step: &Step) -> Vec<Point> {
+    /// The curves of a state whose fields are recorded: mean and largest value of what colours, and each number that has no
+    /// place.
+    pub fn state(&self, step: &Step, layers: &Layers) -> Vec<Point> {
         let mut points = Vec::new();
-        for (quantity, values) in values(&step.fields) {
+        for (quantity, values) in layers.values(step) {
             let finite: Vec<f64> = values.into_iter().filter(|value| value.is_finite()).collect();
             let Some(max) = finite.iter().copied().max_by(f64::total_cmp) else { continue };
             let mean = finite.iter().sum::<f64>() / finite.len() as f64;
-            let group = quantity.curves.trim_start_matches("plots/");
+            let group = curves(&quantity);
             for (what, value) in [("mean", mean), ("maximum", max)] {
                 let name = format!("{what} {} [{}]", quantity.name, quantity.unit);
                 points.push(point(format!("{group}/{what}"), name, value));
+            }
+        }
+        let shapes = step.supports.shapes(&step.fields);
+        for (name, field) in &step.fields {
+            let Ok(values) = field.f64() else { continue };
+            let is_number = matches!(shapes.get(&field.port.support), Some(Shape::Global(_)));
+            if !is_number || field.components() != 1 || values.len() > ROWS {
+                continue;
+            }
+            let words = name.replace('_', " ");
+            let unit = &field.port.unit;
+            match values {
+                [value] => points.push(point(format!("{NUMBERS}/{name}"), format!("{words} [{unit}]"), *value)),
+                _ => points.extend(values.iter().enumerate().map(|(row, value)| {
+                    point(format!("{NUMBERS}/{name}/{row}"), format!("{words} {row} [{unit}]"), *value)
+                })),
             }
         }
         points
@@ -133,6 +154,7 @@ mod tests {
     use stagger_messages::{Decision, Done, Energy, Verdict, Version};
 
     use super::*;
+    use crate::testing::{field, step};
 
     /// Temperature's error falls by a hundred in each iteration; after the third nothing changes any more.
     fn outcome(iteration: u32) -> Outcome {
@@ -193,5 +215,27 @@ mod tests {
         // Half a joule of two is missing.
         assert_eq!(value(&points, "imbalance/thermal"), Some(-0.25e6));
         assert_eq!(value(&points, "imbalance/optics"), Some(0.0));
+    }
+
+    #[test]
+    fn what_has_no_place_is_a_curve() {
+        let step = step([
+            field("pool_width", "m", "solid", 1, vec![1e-4]),
+            field("charge", "C", "electrodes", 1, vec![1.0, -1.0]),
+            field("direction", "1", "solid", 3, vec![1.0, 0.0, 0.0]),
+            field("positions", "m", "particles", 3, vec![0.0; 3]),
+            field("radii", "m", "particles", 1, vec![1.0]),
+            field("temperature", "K", "particles", 1, vec![300.0]),
+        ]);
+        let points = Plots::default().state(&step, &Layers::default());
+        let found: Vec<_> = points.iter().map(|point| (point.path.as_str(), point.value)).collect();
+        let expected = [
+            ("fields/temperature/mean", 300.0),
+            ("fields/temperature/maximum", 300.0),
+            ("numbers/charge/0", 1.0),
+            ("numbers/charge/1", -1.0),
+            ("numbers/pool_width", 1e-4),
+        ];
+        assert_eq!(found, expected);
     }
 }

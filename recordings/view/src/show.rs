@@ -24,8 +24,8 @@ use rerun::{
 use crate::{
     arguments::Target,
     colour::{NO_VALUE, bar},
-    frame::{Beam, Frame, Overview},
-    layers::{Layer, Layers, On},
+    frame::{Beam, Body, Frame, Overview},
+    layers::{Layer, Layers},
     layout::{self, Part},
     plots::Point,
     walls::{Outline, Place},
@@ -152,7 +152,7 @@ impl Show {
     pub fn legends(&self, layers: &Layers) -> Result<(), ShowError> {
         let [width, height] = BAR;
         for layer in layers.iter() {
-            let path = format!("legend/{}", layer.quantity.path);
+            let path = format!("legend/{}", layer.path);
             self.stream.log_static(format!("{path}/bar"), &Image::from_rgb24(bar(width, height), BAR))?;
             let ticks = layout::ticks(layer);
             let places = ticks.iter().map(|(fraction, _)| [fraction * width as f32, height as f32 + 14.0]);
@@ -201,63 +201,27 @@ impl Show {
     /// Shows a state.
     pub fn frame(&mut self, frame: Frame, layers: &Layers, moment: Moment) -> Result<(), ShowError> {
         self.at(moment);
-        let none = Vec::new();
         for (number, layer) in layers.iter().enumerate() {
-            // What did not change since the last picture is not sent again.
-            let (places, before) = match layer.quantity.on {
-                On::Particles => (&frame.centres, &self.drawn.centres),
-                On::Grid => (&frame.ground, &self.drawn.ground),
-                On::Contacts => {
-                    if frame.forces != self.drawn.forces {
-                        let (lines, widths) = &frame.forces;
-                        let colours = frame.colours.get(number).unwrap_or(&none).iter();
-                        let lines = LineStrips3D::new(lines.iter().copied())
-                            .with_radii(widths.iter().copied())
-                            .with_colors(colours.map(|[red, green, blue]| Color::from_rgb(*red, *green, *blue)));
-                        self.stream.log(format!("{}/lines", layer.quantity.path), &lines)?;
-                    }
-                    continue;
-                }
-            };
-            let mut points = Points3D::update_fields();
-            if places != before {
-                points = points.with_positions(places.iter().copied());
-            }
-            match layer.quantity.on {
-                On::Particles if frame.radii != self.drawn.radii => {
-                    points = points.with_radii(frame.radii.iter().copied());
-                }
-                On::Grid if places != before => points = points.with_radii([frame.ground_radius]),
-                _ => {}
-            }
-            let (colours, drawn) =
-                (frame.colours.get(number).unwrap_or(&none), self.drawn.colours.get(number).unwrap_or(&none));
-            if colours != drawn || before.is_empty() {
-                let grey = [NO_VALUE];
-                let colours = if colours.is_empty() { &grey[..] } else { colours };
-                points =
-                    points.with_colors(colours.iter().map(|[red, green, blue]| Color::from_rgb(*red, *green, *blue)));
-            }
-            self.stream.log(format!("{}/points", layer.quantity.path), &points)?;
+            let unseen = (Body::Nothing, Vec::new());
+            let of = |frame: &Frame| frame.layers.get(number).cloned().unwrap_or_else(|| unseen.clone());
+            self.layer(layer, of(&frame), of(&self.drawn))?;
         }
         if frame.contacts != self.drawn.contacts {
             let lines = LineStrips3D::new(frame.contacts.iter().copied());
-            let width = frame.radii.first().map_or(1.0, |radius| 0.25 * radius);
-            let lines = lines.with_radii([width]).with_colors([Color::from_rgb(0x50, 0x50, 0x58)]);
+            let lines = lines.with_radii([0.25 * frame.scale()]).with_colors([Color::from_rgb(0x50, 0x50, 0x58)]);
             self.stream.log("world/contacts", &lines)?;
         }
         if frame.velocities != self.drawn.velocities {
             let arrows = Arrows3D::from_vectors(frame.velocities.iter().copied())
                 .with_origins(frame.centres.iter().copied())
-                .with_radii([frame.radii.first().map_or(1.0, |radius| 0.2 * radius)])
+                .with_radii([0.2 * frame.scale()])
                 .with_colors([Color::from_rgb(0x20, 0x60, 0x90)]);
             self.stream.log("world/velocities", &arrows)?;
         }
         if frame.rays != self.drawn.rays {
             let lines = LineStrips3D::new(frame.rays.iter());
-            let width = frame.radii.first().map_or(1.0, |radius| 0.1 * radius);
             let [red, green, blue] = BEAM;
-            let lines = lines.with_radii([width]).with_colors([Color::from_rgb(red, green, blue)]);
+            let lines = lines.with_radii([0.1 * frame.scale()]).with_colors([Color::from_rgb(red, green, blue)]);
             self.stream.log("world/rays", &lines)?;
         }
         for laser in 0..frame.beams.len().max(self.drawn.beams.len()) {
@@ -270,6 +234,66 @@ impl Show {
             }
         }
         self.drawn = frame;
+        Ok(())
+    }
+
+    /// What did not change since the last picture is not sent again.
+    fn layer(
+        &self,
+        layer: &Layer,
+        (body, colours): (Body, Vec<[u8; 3]>),
+        (body_before, colours_before): (Body, Vec<[u8; 3]>),
+    ) -> Result<(), ShowError> {
+        let rgb = |colours: &[[u8; 3]]| -> Vec<Color> {
+            colours.iter().map(|[red, green, blue]| Color::from_rgb(*red, *green, *blue)).collect()
+        };
+        // What has no value is grey.
+        let shown = if colours.is_empty() { vec![NO_VALUE] } else { colours.clone() };
+        let same_kind = std::mem::discriminant(&body) == std::mem::discriminant(&body_before);
+        let recoloured = colours != colours_before || !same_kind;
+        match (&body, &body_before) {
+            (Body::Nothing, Body::Nothing) => {}
+            (Body::Nothing, _) => self.stream.log(layer.path.as_str(), &Clear::recursive())?,
+            (Body::Spheres(centres, radii), before) => {
+                let (mut points, mut changed) = (Points3D::update_fields(), recoloured);
+                let (centres_before, radii_before) = match before {
+                    Body::Spheres(centres, radii) => (Some(centres), Some(radii)),
+                    _ => (None, None),
+                };
+                if Some(centres) != centres_before {
+                    (points, changed) = (points.with_positions(centres.iter().copied()), true);
+                }
+                if Some(radii) != radii_before {
+                    (points, changed) = (points.with_radii(radii.iter().copied()), true);
+                }
+                if recoloured {
+                    points = points.with_colors(rgb(&shown));
+                }
+                if changed {
+                    self.stream.log(format!("{}/points", layer.path), &points)?;
+                }
+            }
+            (Body::Lines(lines, widths), before) => {
+                if body != *before || recoloured {
+                    let strips = LineStrips3D::new(lines.iter().copied()).with_radii(widths.iter().copied());
+                    self.stream.log(format!("{}/lines", layer.path), &strips.with_colors(rgb(&shown)))?;
+                }
+            }
+            (Body::Faces(corners, triangles), before) => {
+                let (mut mesh, moved) = (Mesh3D::update_fields(), body != *before);
+                if moved {
+                    mesh = mesh
+                        .with_vertex_positions(corners.iter().copied())
+                        .with_triangle_indices(triangles.iter().copied());
+                }
+                if moved || recoloured {
+                    // A mesh has a colour for each corner, or none.
+                    let colours = if colours.is_empty() { vec![NO_VALUE; corners.len()] } else { shown };
+                    mesh = mesh.with_vertex_colors(rgb(&colours));
+                    self.stream.log(format!("{}/faces", layer.path), &mesh)?;
+                }
+            }
+        }
         Ok(())
     }
 
@@ -414,11 +438,8 @@ impl Window<'_> {
     }
 
     fn scene(&mut self, layer: &Layer) -> Result<(Uuid, String), ShowError> {
-        let (what, view) = match layer.quantity.on {
-            On::Particles => ("Particles", self.overview.view),
-            On::Contacts => ("Contacts", self.overview.view),
-            On::Grid => ("Ground", self.overview.ground.unwrap_or(self.overview.view)),
-        };
+        let quantity = &layer.quantity;
+        let view = self.overview.others.get(&quantity.support).copied().unwrap_or(self.overview.view);
         let [eye, target] = layout::camera(view);
         let background = Background::new(BackgroundKind::SolidColor).with_color(Color::from_rgb(0xf4, 0xf5, 0xf7));
         let camera = EyeControls3D::new()
@@ -427,10 +448,10 @@ impl Window<'_> {
             .with_look_target(target)
             .with_eye_up([0.0, 0.0, 1.0]);
         let grid = LineGrid3D::new().with_color(Color::from_unmultiplied_rgba(0x60, 0x68, 0x70, 0x50));
-        let name = format!("{what} (lengths in {})", self.overview.unit.symbol);
+        let name = format!("{} (lengths in {})", quantity.title, self.overview.unit.symbol);
         let properties: [(&str, &dyn AsComponents); 3] =
             [("Background", &background), ("EyeControls3D", &camera), ("LineGrid3D", &grid)];
-        self.view("3D", &name, layer.quantity.path, &properties)
+        self.view("3D", &name, &layer.path, &properties)
     }
 
     fn legend(&mut self, layer: &Layer) -> Result<(Uuid, String), ShowError> {
@@ -442,7 +463,7 @@ impl Window<'_> {
         self.view(
             "2D",
             &name,
-            &format!("legend/{}", layer.quantity.path),
+            &format!("legend/{}", layer.path),
             &[("Background", &background), ("VisualBounds2D", &bounds)],
         )
     }

@@ -181,7 +181,7 @@ dt = "10 us"
             layers: Layers::default(),
             unit: LengthUnit { per_metre: 1e3, symbol: "mm" },
             view: [[-1.0; 3], [1.0; 3]],
-            ground: None,
+            others: BTreeMap::new(),
             repeated_s: None,
             duration_s: None,
         };

@@ -8,7 +8,7 @@ use stagger_coupling::{Local, Participant, Physics, SolveError};
 use stagger_messages::Ports;
 
 use crate::common::{
-    Bodies, OnSubstrate, SolidSurface, Wall, advice::Advisor, grid::CellGrid, keys::materials::Materials,
+    Bodies, OnSubstrate, Pictured, SolidSurface, Wall, advice::Advisor, grid::CellGrid, keys::materials::Materials,
     tradeoff::Tradeoff,
 };
 
@@ -35,6 +35,8 @@ pub struct PhysicsKind {
     pub advice: Option<&'static Advisor>,
     /// What it contributes to trade-offs between speed and accuracy; `None` contributes nothing.
     pub tradeoff: Option<&'static Tradeoff>,
+    /// Its quantities that pictures of a run show first.
+    pub pictured: &'static [Pictured],
 }
 
 /// Settings as a scene holds those of any physics; none where a mistake was reported.

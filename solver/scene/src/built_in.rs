@@ -1,6 +1,7 @@
 //! The list of all physics. Each is a folder of stagger-physics; its line here is all that a scene, a recording, the
 //! view, a report, an export and the command line need to know it.
 
+pub use stagger_physics::common::Pictured;
 use stagger_physics::{PhysicsKind, acoustics, current, optics, particles, solid, substrate, thermal};
 
 /// Every physics that a scene can run, in the order of its tables.

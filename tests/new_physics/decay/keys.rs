@@ -33,6 +33,7 @@ pub static KIND: PhysicsKind = PhysicsKind {
     read: |table, _| configured(Some(read(table))),
     advice: None,
     tradeoff: None,
+    pictured: &[],
 };
 
 fn read(table: Table<'_>) -> Settings {

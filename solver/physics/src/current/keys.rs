@@ -9,7 +9,7 @@ use stagger_config::{
 use super::{Conductivity, Method, Model, Settings, Solver, Transition, advice::ADVISOR, tradeoff::TRADEOFF};
 use crate::{
     PhysicsKind, Surroundings,
-    common::{Conductance, Wall},
+    common::{Conductance, Pictured, Wall},
     configured,
 };
 use stagger_messages::Shown;
@@ -132,6 +132,11 @@ pub static KIND: PhysicsKind = PhysicsKind {
     read: |table, surroundings| configured(Some(read(table, surroundings))),
     advice: Some(&ADVISOR),
     tradeoff: Some(&TRADEOFF),
+    pictured: &[Pictured {
+        beside: true,
+        passing: true,
+        ..Pictured::new("current_density", "current density", "Current")
+    }],
 };
 
 /// Reads the table.

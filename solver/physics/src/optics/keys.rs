@@ -154,6 +154,7 @@ pub static KIND: PhysicsKind = PhysicsKind {
     read: |table, surroundings| configured(read(table, surroundings)),
     advice: Some(&ADVISOR),
     tradeoff: Some(&TRADEOFF),
+    pictured: &[],
 };
 
 /// Reads the table.

@@ -11,7 +11,7 @@ use super::{Evaporation, Face, Level, Light, Settings, Track, tradeoff::TRADEOFF
 use crate::{
     PhysicsKind, Surroundings,
     common::{
-        HeatMaterial, PhaseBands, Table as Property,
+        HeatMaterial, PhaseBands, Pictured, Table as Property,
         grid::{CellGrid, FaceMean},
         keys::{grids, materials},
         missing_property,
@@ -240,6 +240,13 @@ pub static KIND: PhysicsKind = PhysicsKind {
     read: |table, surroundings| configured(read(table, surroundings)),
     advice: None,
     tradeoff: Some(&TRADEOFF),
+    pictured: &[
+        Pictured::new("solid_temperature", "temperature of the solid", "Solid"),
+        Pictured {
+            beside: true,
+            ..Pictured::new("solid_peak_temperature", "highest temperature so far", "Highest temperature")
+        },
+    ],
 };
 
 /// Reads the table.

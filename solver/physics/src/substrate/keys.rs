@@ -3,7 +3,7 @@
 use super::{Grid, Settings, tradeoff::TRADEOFF};
 use crate::{
     PhysicsKind, Surroundings,
-    common::{Shape, Wall, walls::Motion},
+    common::{Pictured, Shape, Wall, walls::Motion},
     configured,
 };
 use stagger_config::{
@@ -99,6 +99,10 @@ pub static KIND: PhysicsKind = PhysicsKind {
     read: |table, surroundings| configured(read(table, surroundings)),
     advice: None,
     tradeoff: Some(&TRADEOFF),
+    pictured: &[Pictured {
+        decades: true,
+        ..Pictured::new("stress_deviator_norm", "norm of the stress deviator", "Stress")
+    }],
 };
 
 /// Reads the table.

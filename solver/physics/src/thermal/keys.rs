@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{
     PhysicsKind, Surroundings,
-    common::{Bodies, PhaseBands as Bands, Table as Property, keys::materials::Material as Named},
+    common::{Bodies, PhaseBands as Bands, Pictured, Table as Property, keys::materials::Material as Named},
     configured,
 };
 
@@ -134,6 +134,7 @@ pub static KIND: PhysicsKind = PhysicsKind {
     read: |table, surroundings| configured(Some(read(table, surroundings))),
     advice: Some(&ADVISOR),
     tradeoff: Some(&TRADEOFF),
+    pictured: &[Pictured::new("temperature", "temperature", "Particles")],
 };
 
 /// Reads the table.

@@ -29,7 +29,7 @@ use super::{
 use crate::{
     PhysicsKind, Surroundings,
     common::{
-        Bodies, Given, Wall,
+        Bodies, Given, Pictured, Wall,
         keys::materials::{self, Material, Materials},
         property,
         walls::Motion,
@@ -183,6 +183,13 @@ pub static KIND: PhysicsKind = PhysicsKind {
     read: |table, surroundings| configured(read(table, surroundings)),
     advice: Some(&ADVISOR),
     tradeoff: Some(&TRADEOFF),
+    pictured: &[
+        Pictured::new("velocities", "speed", "Particles"),
+        Pictured {
+            beside: true,
+            ..Pictured::new("contact_normal_force", "normal force of contacts", "Contact forces")
+        },
+    ],
 };
 
 /// What of the table was read before the other physics, and concerns the motion alone.

@@ -1,12 +1,8 @@
-//! The points of a grid in the ground, and which of them are seen.
+//! Points without radii that lie in planes, and which of them are seen.
 
-use stagger_messages::Fields;
-
-use crate::layers::f64s;
-
-/// Points of a grid with the number of each in the grid's fields.
+/// Points that are seen, with the number of each in the fields.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Grid {
+pub struct Sections {
     /// Places of the points, in m.
     pub points_m: Vec<[f64; 3]>,
     /// Row of each point in the fields.
@@ -15,27 +11,26 @@ pub struct Grid {
     pub spacing_m: f64,
 }
 
-impl Grid {
-    /// The points where stress is computed, cut open where a section stands below the top: of a horizontal plane, what
-    /// would hide a section from the viewer, who looks from the right, from the front and from above, is left out.
-    pub fn of(fields: &Fields) -> Option<Self> {
-        let (points, _) = f64s(fields, "stress_position")?.as_chunks::<3>();
+impl Sections {
+    /// The points, cut open where a section stands below a horizontal plane: of that, what would hide a section from the
+    /// viewer, who looks from the right, from the front and from above, is left out.
+    pub fn of(points: &[[f64; 3]]) -> Self {
         let planes = planes(points);
         let sections: Vec<(usize, f64)> =
             planes.iter().filter(|plane| plane.axis != 2).map(|plane| (plane.axis, plane.at_m)).collect();
         let hides = |point: &[f64; 3]| {
             sections.iter().any(|&(axis, at_m)| if axis == 0 { point[0] > at_m } else { point[1] < at_m })
         };
-        let mut grid = Self { spacing_m: spacing(points), ..Self::default() };
+        let mut seen = Self { spacing_m: spacing(points), ..Self::default() };
         for plane in planes {
             for row in plane.rows {
                 if plane.axis != 2 || !hides(&points[row]) {
-                    grid.points_m.push(points[row]);
-                    grid.rows.push(row);
+                    seen.points_m.push(points[row]);
+                    seen.rows.push(row);
                 }
             }
         }
-        (!grid.rows.is_empty()).then_some(grid)
+        seen
     }
 }
 
@@ -76,17 +71,7 @@ fn spacing(points: &[[f64; 3]]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
-    use stagger_messages::{Field, Measure, Port};
-
     use super::*;
-
-    fn fields(points: &[[f64; 3]]) -> Fields {
-        let port = Arc::new(Port::f64("stress_position", "m", "grid", 3, Measure::None));
-        let field = Field::new(&port, 0, points.as_flattened().to_vec()).unwrap();
-        Fields::from([("stress_position".to_owned(), field)])
-    }
 
     /// A grid of 4 × 4 points, 1 m apart, with `axis` fixed at `at`.
     fn plane(axis: usize, at: f64) -> Vec<[f64; 3]> {
@@ -104,9 +89,9 @@ mod tests {
     #[test]
     fn a_section_is_not_hidden_by_the_top() {
         let top = plane(2, 0.0);
-        assert_eq!(Grid::of(&fields(&top)).unwrap().rows.len(), 16);
+        assert_eq!(Sections::of(&top).rows.len(), 16);
         let both = [top, plane(1, 0.0)].concat();
-        let grid = Grid::of(&fields(&both)).unwrap();
+        let grid = Sections::of(&both);
         assert!((grid.spacing_m - 1.0).abs() < 1e-12);
         // The rows at y = -1.5 and -0.5 of the top are before the section.
         assert_eq!(grid.rows, (8..32).collect::<Vec<_>>());
@@ -114,9 +99,9 @@ mod tests {
     }
 
     #[test]
-    fn without_points_there_is_no_grid() {
-        assert!(Grid::of(&Fields::new()).is_none() && Grid::of(&fields(&[])).is_none());
-        let one = Grid::of(&fields(&[[1.0, 2.0, -3.0]])).unwrap();
+    fn without_points_nothing_is_seen() {
+        assert_eq!(Sections::of(&[]), Sections::default());
+        let one = Sections::of(&[[1.0, 2.0, -3.0]]);
         assert_eq!((one.rows, one.spacing_m), (vec![0], 0.0));
     }
 }
