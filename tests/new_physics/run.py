@@ -70,11 +70,14 @@ def main() -> None:
     assert images and 'WholeExtent="0 4 0 3 0 2"' in images[-1].read_text(errors="replace"), images
     run("report", "decay.mcap", "--out", "decay.html", "--overwrite")
     assert "concentration" in (work / "decay.html").read_text()
+    if (ROOT / "recordings/view/target/release/stagger-view").is_file():
+        run("view", "decay.mcap", "--save", "decay.rrd", "--overwrite")
+        assert b"world/faces" in (work / "decay.rrd").read_bytes(), "the grid is not drawn"
     named = subprocess.run(["grep", "-rlwi", "decay::keys\\|mod decay", copy / "solver", copy / "nodes", copy / "recordings"],
                            capture_output=True, text=True).stdout.split()
     names = sorted(str(Path(path).relative_to(copy)) for path in named)
     assert names == sorted(LISTS), names
-    print(f"a physics of its own ran, was verified, resumed, exported and reported; beside its folder {len(names)} files name it")
+    print(f"a physics of its own ran, was verified, resumed, exported, reported and viewed; beside its folder {len(names)} files name it")
 
 
 if __name__ == "__main__":

@@ -191,7 +191,7 @@ fn pushed(start: &str, integrator: &str, push_n: [f64; 6], dt_s: f64, windows: u
     let scene = Scene::parse(&text, "pushed.toml", &[]).unwrap();
     let particles = Particles::new(scene.settings::<stagger_physics::particles::Settings>().unwrap().clone()).unwrap();
     let port = Port::f64("acoustic_force", "N", "particles", 3, Measure::None);
-    assert_eq!(particles.ports().reads, [port.as_sum()]);
+    assert_eq!(particles.ports().reads, [port.as_sum().as_optional()]);
     let force = Field::new(&Arc::new(port), 0, push_n.to_vec()).unwrap();
     let fields = Fields::from([("acoustic_force".to_owned(), force)]);
     let frozen = Frozen { start: fields.clone(), end: fields };
