@@ -146,8 +146,7 @@ fn no_physics_is_named_outside_its_folder() {
             }
         }
     }
-    let exempt: BTreeSet<String> =
-        NAMES_ALLOWED.iter().map(|(file, _)| (*file).to_owned()).collect();
+    let exempt: BTreeSet<String> = NAMES_ALLOWED.iter().map(|(file, _)| (*file).to_owned()).collect();
     // One that names none any more goes from the lists, too.
     assert_eq!(found, exempt);
 }
