@@ -1,7 +1,24 @@
 //! What crosses a process boundary in stagger: the protobuf schemas, the [`Field`], the key expressions and the codec.
 //!
-//! Nothing here does I/O. The `.proto` files under `messages/proto` are the documentation of the wire for authors in
-//! any language; [`codec`] says how a field is split into an attachment and a payload.
+//! Use it to read or write fields in a program that is not a node: nothing here does I/O. The `.proto` files under
+//! `messages/proto` are the documentation of the wire for authors in any language; [`codec`] says how a field is split into
+//! an attachment and a payload.
+//!
+//! ```
+//! use std::sync::Arc;
+//! use stagger_messages::{Envelope, Field, Measure, Port, codec};
+//!
+//! // The temperatures of two particles, as one process sends and another receives them.
+//! let port = Arc::new(Port::f64("temperature", "K", "particles", 1, Measure::Magnitude));
+//! let sent = Field::new(&port, 0, vec![300.0, 310.0])?;
+//! let attachment = codec::field_attachment(&Envelope::default(), &sent, None);
+//! let payload = sent.values().bytes().clone();
+//!
+//! let received = codec::decode_field(&attachment, payload)?.field.ok_or("no values were sent")?;
+//! assert_eq!(received.f64()?, [300.0, 310.0]);
+//! assert_eq!((received.name(), received.port.unit.as_str()), ("temperature", "K"));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 // Numbers that are recorded, hashed or decided upon are the same on every processor: see clippy.toml.
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]

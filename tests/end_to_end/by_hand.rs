@@ -101,3 +101,14 @@ fn a_replay_publishes_every_message_on_the_keys_of_its_run() {
     assert_eq!(String::from_utf8_lossy(&output.stdout).trim(), format!("replayed {messages} messages"));
     assert_eq!(heard.load(Ordering::Relaxed), messages);
 }
+
+#[cfg(not(feature = "quic"))]
+#[test]
+fn a_program_without_quic_says_how_to_get_it() {
+    let place = Workplace::with("quick.toml");
+    let mut command = stagger();
+    command.arg("coordinator").arg(&place.scene).args(["--run", "guarded", "--listen", "quic/localhost:7447"]);
+    let output = command.output().unwrap();
+    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+    assert!(said(&output).contains("`cargo build --release --features quic`"), "{}", said(&output));
+}

@@ -3,9 +3,11 @@
 // Helpers of tests are not tests to clippy's `allow-unwrap-in-tests`.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+#[cfg(feature = "quic")]
 mod authority;
 mod bad_runs;
 mod by_hand;
+#[cfg(feature = "quic")]
 mod certificates;
 mod commands;
 mod current;
@@ -15,6 +17,8 @@ mod earlier;
 mod exports;
 mod faults;
 mod files;
+#[cfg(feature = "quic")]
+mod guarded;
 mod live;
 mod pouring;
 mod program;

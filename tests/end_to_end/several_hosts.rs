@@ -1,12 +1,9 @@
-//! Several hosts, as far as one can show it on one: through a router, behind certificates, and among strangers.
+//! Several hosts, as far as one can show it on one: through a router, and among strangers.
 
 use std::{
-    path::{Path, PathBuf},
+    path::Path,
     process::{Child, Command, Output, Stdio},
-    sync::{
-        Arc,
-        atomic::{AtomicU64, Ordering},
-    },
+    sync::Arc,
     time::{Duration, Instant},
 };
 
@@ -15,18 +12,17 @@ use stagger_messages::{
     Directive, Envelope, Failure, Field, Iterate, Measure, Port, Report, SCHEMA_VERSION, Stop, Version, codec,
     directive, keys, report,
 };
-use stagger_runtime::link::{Declaration, Link, Role, Sample};
+use stagger_runtime::link::{Link, Role, Sample};
 
 use super::{
-    authority::Authority,
     by_hand::free_address,
     program::{Workplace, json, laser_for, said, signal, stagger},
 };
 
-const KINDS: [&str; 3] = ["optics", "particles", "thermal"];
+pub const KINDS: [&str; 3] = ["optics", "particles", "thermal"];
 
 /// A process that does not outlive its test.
-struct Process(Option<Child>);
+pub struct Process(Option<Child>);
 
 impl Process {
     fn start(command: &mut Command) -> Self {
@@ -38,7 +34,7 @@ impl Process {
         self.0.as_ref().unwrap().id()
     }
 
-    fn end(mut self) -> Output {
+    pub fn end(mut self) -> Output {
         self.0.take().unwrap().wait_with_output().unwrap()
     }
 }
@@ -59,52 +55,37 @@ fn configured(mut command: Command, config: Option<&Path>) -> Process {
     Process::start(&mut command)
 }
 
-fn coordinator(place: &Workplace, run: &str, arguments: &[&str], config: Option<&Path>) -> Process {
+pub fn coordinator(place: &Workplace, run: &str, arguments: &[&str], config: Option<&Path>) -> Process {
     let mut command = stagger();
     command.arg("coordinator").arg(&place.scene).args(["--json", "--run", run]).args(arguments);
     configured(command, config)
 }
 
-fn node(place: &Workplace, kind: &str, run: &str, connect: &str, config: Option<&Path>) -> Process {
+pub fn node(place: &Workplace, kind: &str, run: &str, connect: &str, config: Option<&Path>) -> Process {
     let mut command = stagger();
     command.args(["node", kind, "--child", "--run", run, "--connect", connect, "--scene"]).arg(&place.scene);
     configured(command, config)
 }
 
-fn router(listen: &str, config: Option<&Path>) -> Process {
+pub fn router(listen: &str, config: Option<&Path>) -> Process {
     let mut command = stagger();
     command.args(["router", "--child", "--listen", listen]);
     configured(command, config)
 }
 
-fn hash_alone(place: &Workplace) -> serde_json::Value {
+pub fn hash_alone(place: &Workplace) -> serde_json::Value {
     json(&place.run(&["--json", "--no-record"]))["hash"].clone()
 }
 
 /// The summary of a run that must have ended well for everybody.
-fn ended_well(coordinator: &Output, nodes: impl IntoIterator<Item = Process>) -> serde_json::Value {
+pub fn ended_well(coordinator: &Output, nodes: impl IntoIterator<Item = Process>) -> serde_json::Value {
     let outputs: Vec<_> = nodes.into_iter().map(Process::end).collect();
     let all = || outputs.iter().map(said).chain([said(coordinator)]).collect::<String>();
     assert!(coordinator.status.success() && outputs.iter().all(|output| output.status.success()), "{}", all());
     json(coordinator)
 }
 
-/// Counts all it hears of a run.
-fn listen(link: &Link, run: &str) -> (Arc<AtomicU64>, [Declaration; 2]) {
-    let heard = Arc::new(AtomicU64::new(0));
-    let (messages, tokens) = (Arc::clone(&heard), Arc::clone(&heard));
-    let declared = [
-        link.subscribe(&keys::all(run), move |_| {
-            messages.fetch_add(1, Ordering::Relaxed);
-        }),
-        link.watch(&keys::live_all(run), move |_, _| {
-            tokens.fetch_add(1, Ordering::Relaxed);
-        }),
-    ];
-    (heard, declared.map(Result::unwrap))
-}
-
-fn envelope(run: &str, sender: &str) -> Envelope {
+pub fn envelope(run: &str, sender: &str) -> Envelope {
     Envelope {
         run: run.into(),
         schema: SCHEMA_VERSION,
@@ -115,12 +96,12 @@ fn envelope(run: &str, sender: &str) -> Envelope {
     }
 }
 
-fn stop(envelope: Envelope) -> Vec<u8> {
+pub fn stop(envelope: Envelope) -> Vec<u8> {
     let task = directive::Task::Stop(Stop { completed: false, reason: "forged".into() });
     Directive { envelope: Some(envelope), task: Some(task), ..Directive::default() }.encode_to_vec()
 }
 
-fn failure(envelope: Envelope) -> Vec<u8> {
+pub fn failure(envelope: Envelope) -> Vec<u8> {
     let body = report::Body::Failure(Failure { message: "forged".into(), retry: false });
     Report { envelope: Some(envelope), body: Some(body) }.encode_to_vec()
 }
@@ -183,94 +164,6 @@ fn nodes_of_a_coordinator_behind_a_router_end_with_it() {
         assert!(said(&output).contains("the coordinator is gone"), "{}", said(&output));
     }
     assert!(begun.elapsed() < Duration::from_secs(5), "{:?}", begun.elapsed());
-}
-
-/// Opens a session with a certificate and the patience of one second.
-fn session(connect: &str, config: &Path) -> Result<Link, String> {
-    Link::open(&Role::Node { connect: connect.into() }, Some(config)).map_err(|error| error.to_string())
-}
-
-#[test]
-fn with_certificates_members_run_and_strangers_neither_read_nor_publish() {
-    let place = Workplace::with("quick.toml");
-    let folder = |name: &str| -> PathBuf { place.path(name) };
-    let authority = Authority::new("the run's own");
-    let hub = authority.hub(&folder("hub"));
-    let member = |name| authority.member(&folder(name), name);
-    let address = free_address();
-    let endpoint = format!("quic/{address}");
-    let coordinator = coordinator(&place, "guarded", &["--listen", &endpoint, "--no-record"], Some(&hub));
-
-    // A member hears the run, so that one that hears nothing is told apart from one that looks in vain.
-    let member_link = session(&endpoint, &member("optics")).unwrap();
-    let (member_heard, _member_declared) = listen(&member_link, "guarded");
-
-    let nobody = authority.without_certificate(&folder("nobody"));
-    assert!(session(&endpoint, &nobody).is_err(), "a stranger without a certificate was let in");
-    let foreign = Authority::new("another").member_who_trusts(&authority, &folder("foreign"), "thermal");
-    assert!(session(&endpoint, &foreign).is_err(), "a certificate of another authority was let in");
-    let unknown = session(&endpoint, &member("unknown")).unwrap();
-    let (heard, _declared) = listen(&unknown, "guarded");
-    // What a session puts it hears itself, whatever the hub says.
-    let speakers = ["unknown", "optics"].map(|name| session(&endpoint, &member(name)).unwrap());
-
-    let nodes: Vec<_> = KINDS.map(|kind| node(&place, kind, "guarded", &endpoint, Some(&member(kind)))).into();
-    // What would end an open run, from a stranger and from a member that may not say it, until the run is over.
-    let publishers: Vec<_> = speakers
-        .iter()
-        .flat_map(|link| {
-            [
-                (keys::directive("guarded"), stop(envelope("guarded", "coordinator"))),
-                (keys::report("guarded", "thermal"), failure(envelope("guarded", "thermal"))),
-            ]
-            .map(|(key, message)| (link.publisher(key).unwrap(), message))
-        })
-        .collect();
-    let over = std::thread::scope(|scope| {
-        let run = scope.spawn(|| coordinator.end());
-        while !run.is_finished() {
-            for (publisher, message) in &publishers {
-                // A hub that has closed refuses the last ones.
-                let _ = publisher.put(None, message.clone().into());
-            }
-            std::thread::sleep(Duration::from_millis(5));
-        }
-        run.join().unwrap()
-    });
-    let summary = ended_well(&over, nodes);
-    assert_eq!(summary["hash"], hash_alone(&place));
-    assert_eq!(summary["refused"], 0, "the hub passes nothing on that would have to be refused");
-    assert!(member_heard.load(Ordering::Relaxed) > 100, "a member hears the run");
-    assert_eq!(heard.load(Ordering::Relaxed), 0, "an unknown name heard the run");
-}
-
-#[test]
-fn an_unknown_name_gets_no_answers_and_a_router_guards_as_a_hub_does() {
-    let place = Workplace::with("quick.toml");
-    let authority = Authority::new("the run's own");
-    let member = |name: &str| authority.member(&place.path(name), name);
-    let endpoint = format!("quic/{}", free_address());
-    let _router = router(&endpoint, Some(&authority.hub(&place.path("hub"))));
-    let own = member("coordinator");
-    let coordinator = coordinator(&place, "guarded", &["--connect", &endpoint, "--no-record"], Some(&own));
-    let nodes: Vec<_> =
-        KINDS[..2].iter().map(|kind| node(&place, kind, "guarded", &endpoint, Some(&member(kind)))).collect();
-    let ask = |config: &Path| {
-        let link = session(&endpoint, config).unwrap();
-        let begun = Instant::now();
-        loop {
-            let answers = link.query(&keys::manifest("guarded", "particles"), Duration::from_secs(1)).unwrap();
-            if !answers.is_empty() || begun.elapsed() > Duration::from_secs(5) {
-                return answers.len();
-            }
-            std::thread::sleep(Duration::from_millis(50));
-        }
-    };
-    assert_eq!(ask(&member("thermal")), 1, "a member is answered");
-    assert_eq!(ask(&member("unknown")), 0, "an unknown name is not");
-    let last = node(&place, KINDS[2], "guarded", &endpoint, Some(&member(KINDS[2])));
-    let summary = ended_well(&coordinator.end(), nodes.into_iter().chain([last]));
-    assert_eq!(summary["hash"], hash_alone(&place));
 }
 
 /// The ways in which a message can be not of this run: from an epoch that is over, of a run or schemas not ours.

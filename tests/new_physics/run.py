@@ -43,7 +43,7 @@ def main() -> None:
         subprocess.run(["cp", "-al", ROOT / "target/release", work / "target/release"], check=True)
         (work / "target/release/.cargo-lock").unlink(missing_ok=True)
     # A test of the whole workspace brings the program along, with the libraries' features that are linked here.
-    build = ["cargo", "test", "--release", "--workspace", "--locked", "--test", "tidy", "--no-run"]
+    build = ["cargo", "test", "--release", "--workspace", "--features", "quic", "--locked", "--test", "tidy", "--no-run"]
     subprocess.run([*build, "--manifest-path", copy / "Cargo.toml", "--target-dir", work / "target"], check=True)
     stagger = work / "target/release/stagger"
     scene = HERE / "decay.toml"

@@ -173,7 +173,7 @@ impl SceneArguments {
 #[derive(Debug, Args)]
 #[group(required = true, multiple = false)]
 pub(super) struct MeetingArguments {
-    /// Endpoint to listen on: tcp/10.0.0.1:7447, quic/lab1.example:7447; may be given several times
+    /// Endpoint to listen on: tcp/10.0.0.1:7447, quic/lab1.example:7447 (built with `--features quic`); may be given several times
     #[arg(long)]
     pub(super) listen: Vec<String>,
     /// Endpoint of a router to connect to, as the nodes do

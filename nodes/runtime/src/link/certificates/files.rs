@@ -1,5 +1,4 @@
-//! The certificates of a configuration, looked at before anything is connected: Zenoh says of all that can be wrong with
-//! them that it took too long.
+//! What the files of certificates and keys hold.
 
 use std::{
     path::{Path, PathBuf},
@@ -16,57 +15,18 @@ use rustls::{
 use serde_json::Value;
 use x509_parser::prelude::{FromDer as _, X509Certificate};
 
+use super::{CertificateProblem, Shown};
 use crate::link::Role;
 
-/// Why a certificate, or its key, is of no use.
-#[derive(Debug, thiserror::Error)]
-pub enum CertificateProblem {
-    /// A file that cannot be read.
-    #[error("{key} {}: {source}", .file.display())]
-    Read {
-        /// Key of the configuration, under transport/link/tls.
-        key: &'static str,
-        /// The file.
-        file: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
-    },
-    /// A file that is not what it should be.
-    #[error("{key} {}: {problem}", .file.display())]
-    File {
-        /// Key of the configuration, under transport/link/tls.
-        key: &'static str,
-        /// The file.
-        file: PathBuf,
-        /// What is wrong with it.
-        problem: String,
-    },
-    /// A key that is not in the configuration.
-    #[error("transport/link/tls/{0} is not set, and {1} needs it (docs/several-hosts.md shows a whole file)")]
-    Absent(&'static str, String),
-}
-
-/// What a process shows of itself.
-#[derive(Debug)]
-pub struct Shown {
-    /// The certificate's file.
-    pub file: PathBuf,
-    /// The common name in it, which a hub decides by.
-    pub name: Option<String>,
-    /// Why those that it is shown to may turn it away, though it may be right.
-    pub doubt: Option<String>,
-}
-
-/// Looks at the certificates that a session of this role uses; `None` where it shows none.
+/// Looks at the certificates that a session of this role uses for the endpoint `guarded`; `None` where it shows none.
 ///
 /// # Errors
 /// A file is absent, is none of its kind, has expired, or the key is another certificate's.
-pub fn look_at(settings: &Value, role: &Role) -> Result<Option<Shown>, CertificateProblem> {
-    let (endpoints, certificate, key) = match role {
-        Role::Hub { listen } | Role::Router { listen } => (&listen[..], "listen_certificate", "listen_private_key"),
-        Role::Node { connect } => (std::slice::from_ref(connect), "connect_certificate", "connect_private_key"),
+pub(super) fn look_at(settings: &Value, role: &Role, guarded: &str) -> Result<Option<Shown>, CertificateProblem> {
+    let (certificate, key) = match role {
+        Role::Hub { .. } | Role::Router { .. } => ("listen_certificate", "listen_private_key"),
+        Role::Node { .. } => ("connect_certificate", "connect_private_key"),
     };
-    let Some(guarded) = endpoints.iter().find(|endpoint| is_guarded(endpoint)) else { return Ok(None) };
     let set = |key: &str| settings.pointer(&format!("/transport/link/tls/{key}")).filter(|value| !value.is_null());
     let file = |key: &str| set(key).and_then(Value::as_str).map(PathBuf::from);
     // In base64, beside the file's other keys: nothing is read from a file then.
@@ -84,7 +44,7 @@ pub fn look_at(settings: &Value, role: &Role) -> Result<Option<Shown>, Certifica
         let listens = !matches!(role, Role::Node { .. });
         let asked = set("enable_mtls").and_then(Value::as_bool) == Some(true);
         return if (listens || asked) && !inline(certificate) {
-            Err(CertificateProblem::Absent(certificate, guarded.clone()))
+            Err(CertificateProblem::Absent(certificate, guarded.to_owned()))
         } else {
             Ok(None)
         };
@@ -106,7 +66,7 @@ pub fn look_at(settings: &Value, role: &Role) -> Result<Option<Shown>, Certifica
             })?;
         }
         None if inline(key) => {}
-        None => return Err(CertificateProblem::Absent(key, guarded.clone())),
+        None => return Err(CertificateProblem::Absent(key, guarded.to_owned())),
     }
     let doubt = match (role, authority) {
         // Who listens may show a certificate of a public authority, and ask for those of its own.
@@ -114,11 +74,6 @@ pub fn look_at(settings: &Value, role: &Role) -> Result<Option<Shown>, Certifica
         _ => None,
     };
     Ok(Some(Shown { file: own, name, doubt }))
-}
-
-/// Whether an endpoint asks for certificates.
-pub fn is_guarded(endpoint: &str) -> bool {
-    endpoint.starts_with("quic/") || endpoint.starts_with("tls/")
 }
 
 fn wrong(key: &'static str, file: &Path, problem: String) -> CertificateProblem {
