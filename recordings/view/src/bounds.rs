@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use stagger_messages::geometry::Shape;
 use stagger_recordings::{Step, display::quantities::Spheres};
 
-use crate::sections::Sections;
+use crate::{faces::Faces, sections::Sections};
 
 /// Smallest and largest corner, in m.
 pub type Corners = [[f64; 3]; 2];
@@ -36,7 +36,7 @@ pub fn of_spheres_m(spheres: &Spheres<'_>) -> Option<Corners> {
     Some(bounds)
 }
 
-/// Those of each grid and of points without radii, by the name of their support.
+/// Those of what is seen of each grid and of points without radii, by the name of their support.
 pub fn others_m(step: &Step) -> BTreeMap<String, Corners> {
     let shapes = step.supports.shapes(&step.fields).into_iter();
     shapes.filter_map(|(support, shape)| Some((support, of_shape_m(step, &shape)?))).collect()
@@ -44,12 +44,7 @@ pub fn others_m(step: &Step) -> BTreeMap<String, Corners> {
 
 fn of_shape_m(step: &Step, shape: &Shape) -> Option<Corners> {
     match shape {
-        Shape::Grid(grid) => {
-            let coordinates_m = grid.coordinates_m()?;
-            let end = |pick: fn(&[f64]) -> Option<&f64>| coordinates_m.each_ref().map(|along| pick(along).copied());
-            let [low, high] = [end(<[f64]>::first), end(<[f64]>::last)];
-            Some([[low[0]?, low[1]?, low[2]?], [high[0]?, high[1]?, high[2]?]])
-        }
+        Shape::Grid(grid) => Faces::of(grid).corners_m.into_iter().map(|corner| [corner, corner]).reduce(both),
         Shape::Points(points) if points.radii.is_empty() => {
             let (positions, 1) = points.places(&step.fields).ok()? else { return None };
             let seen = Sections::of(positions.f64().ok()?.as_chunks::<3>().0);

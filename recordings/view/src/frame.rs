@@ -485,7 +485,7 @@ mod tests {
         let mut layers = Layers::default();
         layers.include(&step);
         let overview = Overview::new(&step, layers, None).unwrap();
-        assert_eq!((overview.unit.symbol, overview.view), ("mm", [[0.0; 3], [2.0, 2.0, 1.0]]));
+        assert_eq!((overview.unit.symbol, overview.view), ("mm", [[0.0, 1.0, 0.0], [2.0, 2.0, 1.0]]));
         let frame = overview.frame(&step, BOTH);
         let (Body::Faces(corners, triangles), colours) = &frame.layers[0] else { panic!("{:?}", frame.layers[0]) };
         // Two cells of the section, one of the right side, two of the upper one.

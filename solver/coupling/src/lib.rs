@@ -42,7 +42,7 @@
 //!
 //! let port = Port::f64("concentration", "1", "vessel", 1, Measure::Magnitude);
 //! let mut node = Local::new("decay", Decay(Arc::new(port)));
-//! node.start()?;
+//! node.initial()?;
 //! // A trial may be solved again with another window; what is committed is the start of the next.
 //! let version = Version::first(1);
 //! node.solve(version, Window { t_s: 0.0, dt_s: 1.0 }, &Frozen::default())?;
