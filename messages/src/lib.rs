@@ -6,12 +6,13 @@
 //!
 //! ```
 //! use std::sync::Arc;
-//! use stagger_messages::{Envelope, Field, Measure, Port, codec};
+//! use stagger_messages::{Envelope, Field, Measure, Port, Version, codec};
 //!
 //! // The temperatures of two particles, as one process sends and another receives them.
 //! let port = Arc::new(Port::f64("temperature", "K", "particles", 1, Measure::Magnitude));
 //! let sent = Field::new(&port, 0, vec![300.0, 310.0])?;
-//! let attachment = codec::field_attachment(&Envelope::default(), &sent, None);
+//! let envelope = Envelope { version: Some(Version::first(1)), ..Envelope::default() };
+//! let attachment = codec::field_attachment(&envelope, &sent, None);
 //! let payload = sent.values().bytes().clone();
 //!
 //! let received = codec::decode_field(&attachment, payload)?.field.ok_or("no values were sent")?;
