@@ -37,11 +37,17 @@ def main() -> None:
         text = (copy / path).read_text()
         assert text.count(before) == 1, f"{path} has another form now"
         (copy / path).write_text(text.replace(before, after))
-    # Libraries of others are the same: linked, not copied; the lock is this folder's own.
+    # Libraries of others are the same: linked, not copied. The lock and all that is made of our own sources are this folder's own:
+    # what cargo writes into a linked file would change in both.
     if (ROOT / "target/release").is_dir() and not (work / "target/release").exists():
         (work / "target").mkdir(exist_ok=True)
-        subprocess.run(["cp", "-al", ROOT / "target/release", work / "target/release"], check=True)
-        (work / "target/release/.cargo-lock").unlink(missing_ok=True)
+        release = work / "target/release"
+        subprocess.run(["cp", "-al", ROOT / "target/release", release], check=True)
+        (release / ".cargo-lock").unlink(missing_ok=True)
+        for folder in [*release.glob(".fingerprint/stagger-*"), *release.glob("build/stagger-*")]:
+            shutil.rmtree(folder)
+        for file in {*release.glob("deps/*stagger*"), *release.glob("deps/*.d")}:
+            file.unlink()
     # A test of the whole workspace brings the program along, with the libraries' features that are linked here.
     build = ["cargo", "test", "--release", "--workspace", "--features", "quic", "--locked", "--test", "tidy", "--no-run"]
     subprocess.run([*build, "--manifest-path", copy / "Cargo.toml", "--target-dir", work / "target"], check=True)
