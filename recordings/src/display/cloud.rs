@@ -5,7 +5,7 @@ use stagger_scene::built_in::Pictured;
 
 use super::{
     colour::colour,
-    quantities::shared,
+    quantities::{norms, shared},
     schema::foxglove::{PackedElementField, PointCloud, Pose, Quaternion, Vector3, packed_element_field::NumericType},
     timestamp,
 };
@@ -101,8 +101,7 @@ fn points_columns(step: &Step, points: &Points) -> Option<Vec<Column>> {
                 columns.push(Column { name: RADIUS.into(), values });
             }
             (3, "m/s") => {
-                let speed = |v: &[f64]| v.iter().map(|component| component * component).sum::<f64>().sqrt();
-                columns.push(Column { name: SPEED.into(), values: values.chunks_exact(3).map(speed).collect() });
+                columns.push(Column { name: SPEED.into(), values: norms(values.as_chunks::<3>().0).collect() });
             }
             (1, _) => columns.push(Column { name: scalar(name, field), values: values.to_vec() }),
             _ => {}

@@ -9,6 +9,8 @@ use crate::Step;
 
 /// Fields of one support that nobody here has heard of and that are shown, at most.
 const OTHERS: usize = 4;
+/// Rows without a place that are shown one by one, at most.
+const ROWS: usize = 16;
 
 /// A quantity that colours.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -48,21 +50,22 @@ pub fn quantities(step: &Step, known: &BTreeSet<String>) -> Vec<(Quantity, Vec<f
             .filter(|(_, field)| field.port.support == *support)
             .map(|(name, field)| (name.as_str(), field))
             .collect();
+        let plain = |field: &Field, name: &str, title: &str| Quantity {
+            field: field.name().into(),
+            name: name.into(),
+            unit: unit(field),
+            title: title.into(),
+            support: support.clone(),
+            decades: false,
+            passing: false,
+        };
         let first = shared(|name| on_it.contains_key(name));
         let beside = BUILT_IN.iter().flat_map(|kind| kind.pictured).filter(|pictured| pictured.beside);
         for pictured in first.into_iter().chain(beside) {
             let Some(field) = on_it.get(pictured.field) else { continue };
             let Some(values) = values(step, shape, field) else { continue };
-            let quantity = Quantity {
-                field: pictured.field.into(),
-                name: pictured.name.into(),
-                unit: unit(field),
-                title: pictured.title.into(),
-                support: support.clone(),
-                decades: pictured.decades,
-                passing: pictured.passing,
-            };
-            found.push((quantity, values));
+            let quantity = plain(field, pictured.name, pictured.title);
+            found.push((Quantity { decades: pictured.decades, passing: pictured.passing, ..quantity }, values));
         }
         if matches!(shape, Shape::Pairs(_)) {
             continue;
@@ -74,16 +77,7 @@ pub fn quantities(step: &Step, known: &BTreeSet<String>) -> Vec<(Quantity, Vec<f
         for (name, field) in others.take(OTHERS) {
             let Some(values) = values(step, shape, field) else { continue };
             let words = name.replace(['_', '-'], " ");
-            let quantity = Quantity {
-                field: (*name).into(),
-                name: words.clone(),
-                unit: unit(field),
-                title: words,
-                support: support.clone(),
-                decades: false,
-                passing: false,
-            };
-            found.push((quantity, values));
+            found.push((plain(field, &words, &words), values));
         }
     }
     found
@@ -127,9 +121,17 @@ fn values(step: &Step, shape: &Shape, field: &Field) -> Option<Vec<f64>> {
     }
     match field.components() {
         1 => Some(values.to_vec()),
-        3 => Some(norms(values)),
+        3 => Some(norms(values.as_chunks::<3>().0).collect()),
         _ => None,
     }
+}
+
+/// The values of a scalar field whose rows have no place, where they are few enough to be shown one by one.
+#[must_use]
+pub fn numbers<'f>(field: &'f Field, shape: Option<&Shape>) -> Option<&'f [f64]> {
+    let values = field.f64().ok()?;
+    let few = field.components() == 1 && values.len() <= ROWS;
+    (few && matches!(shape, Some(Shape::Global(_)))).then_some(values)
 }
 
 /// The unit as it is printed.
@@ -138,9 +140,8 @@ fn unit(field: &Field) -> String {
 }
 
 /// Norms of vectors.
-fn norms(values: &[f64]) -> Vec<f64> {
-    let (vectors, _) = values.as_chunks::<3>();
-    vectors.iter().map(|[x, y, z]| (x * x + y * y + z * z).sqrt()).collect()
+pub(super) fn norms(vectors: &[[f64; 3]]) -> impl Iterator<Item = f64> {
+    vectors.iter().map(|[x, y, z]| (x * x + y * y + z * z).sqrt())
 }
 
 /// The spheres of a state that come first: their places, and what else is known of each.
@@ -155,7 +156,7 @@ pub struct Spheres<'s> {
 }
 
 impl<'s> Spheres<'s> {
-    /// Those of a state; `None` where no support has spheres.
+    /// Those of a state; `None` where it has none.
     #[must_use]
     pub fn of(step: &'s Step) -> Option<Self> {
         let fields: &Fields = &step.fields;
@@ -168,13 +169,17 @@ impl<'s> Spheres<'s> {
             };
             let velocities = fields.values().find(is_velocity).and_then(|field| field.f64().ok()).unwrap_or_default();
             let centres_m = positions.f64().ok()?.as_chunks::<3>().0;
-            Some(Self { centres_m, radii_m, velocities_m_s: velocities.as_chunks::<3>().0 })
+            (!centres_m.is_empty()).then_some(Self {
+                centres_m,
+                radii_m,
+                velocities_m_s: velocities.as_chunks::<3>().0,
+            })
         })
     }
 
     /// Their speeds, in m/s.
     pub fn speeds_m_s(self) -> impl Iterator<Item = f64> {
-        self.velocities_m_s.iter().map(|[x, y, z]| (x * x + y * y + z * z).sqrt())
+        norms(self.velocities_m_s)
     }
 
     /// Mean of the radii, in m.

@@ -3,11 +3,8 @@
 use stagger_coupling::Ledger;
 use stagger_messages::geometry::Shape;
 
-use super::{schema::display::Scalar, timestamp};
+use super::{quantities::numbers, schema::display::Scalar, timestamp};
 use crate::{Outcome, Step};
-
-/// Rows without a place that are shown one by one, at most.
-const ROWS: usize = 16;
 
 /// Numbers of a run at the end of a step, by the name of their topic: window size and iterations of the step `reached`,
 /// mean and largest value of every scalar field on points or on a grid, scalars without a place, and the energies held.
@@ -41,12 +38,14 @@ pub(super) fn scalars(step: &Step, reached: Option<&Outcome>, ledger: &Ledger) -
                 add(format!("{name}/mean"), values.iter().sum::<f64>() / values.len() as f64, unit);
                 add(format!("{name}/max"), values.iter().copied().fold(f64::NEG_INFINITY, f64::max), unit);
             }
-            Some(Shape::Global(_)) if values.len() == 1 => add(format!("{name}/value"), values[0], unit),
-            Some(Shape::Global(_)) if values.len() <= ROWS => {
-                values.iter().enumerate().for_each(|(row, value)| add(format!("{name}/{row}"), *value, unit));
-            }
             // What stands on contacts changes in number from step to step: its mean says little.
-            Some(Shape::Global(_) | Shape::Pairs(_)) | None => {}
+            shape => match numbers(field, shape) {
+                Some([value]) => add(format!("{name}/value"), *value, unit),
+                Some(values) => {
+                    values.iter().enumerate().for_each(|(row, value)| add(format!("{name}/{row}"), *value, unit));
+                }
+                None => {}
+            },
         }
     }
     for (node, account) in ledger.nodes() {

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use stagger_messages::geometry::Shape;
 use stagger_recordings::{Step, display::quantities::Spheres};
 
-use crate::{faces::Faces, sections::Sections};
+use crate::{faces::block_m, sections::Sections};
 
 /// Smallest and largest corner, in m.
 pub type Corners = [[f64; 3]; 2];
@@ -13,8 +13,8 @@ pub type Corners = [[f64; 3]; 2];
 /// Those of the spheres but for strays or, where there are none, of all grids and points; `None` where there is nothing.
 pub fn bounds_m(step: &Step) -> Option<Corners> {
     match Spheres::of(step) {
-        Some(spheres) if !spheres.centres_m.is_empty() => of_spheres_m(&spheres),
-        _ => others_m(step).into_values().reduce(both),
+        Some(spheres) => of_spheres_m(&spheres),
+        None => others_m(step).into_values().reduce(both),
     }
 }
 
@@ -44,7 +44,7 @@ pub fn others_m(step: &Step) -> BTreeMap<String, Corners> {
 
 fn of_shape_m(step: &Step, shape: &Shape) -> Option<Corners> {
     match shape {
-        Shape::Grid(grid) => Faces::of(grid).corners_m.into_iter().map(|corner| [corner, corner]).reduce(both),
+        Shape::Grid(grid) => block_m(grid),
         Shape::Points(points) if points.radii.is_empty() => {
             let (positions, 1) = points.places(&step.fields).ok()? else { return None };
             let seen = Sections::of(positions.f64().ok()?.as_chunks::<3>().0);

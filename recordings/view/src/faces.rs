@@ -14,13 +14,25 @@ pub struct Faces {
     pub rows: Vec<usize>,
 }
 
+/// Smallest and largest corner of the block that is seen of a grid, in m; `None` where it has no layout.
+pub fn block_m(grid: &Grid) -> Option<[[f64; 3]; 2]> {
+    let (coordinates_m, (.., dims)) = (grid.coordinates_m()?, grid.layout()?);
+    let first = [0, middle(dims), 0];
+    let last = coordinates_m.each_ref().map(|along| along.len() - 1);
+    Some([first, last].map(|corner| std::array::from_fn(|axis| coordinates_m[axis][corner[axis]])))
+}
+
+/// The layer of values along y at which a grid is cut.
+fn middle([_, ny, _]: [usize; 3]) -> usize {
+    ny / 2
+}
+
 impl Faces {
     /// Those of a grid; none where it has no layout.
     pub fn of(grid: &Grid) -> Self {
         let mut faces = Self::default();
         let (Some(coordinates_m), Some((.., dims))) = (grid.coordinates_m(), grid.layout()) else { return faces };
-        let [nx, ny, nz] = dims;
-        let middle = ny / 2;
+        let ([nx, _, nz], middle) = (dims, middle(dims));
         let cells = grid.centring() == Centring::Cell;
         let last = |axis: usize| coordinates_m[axis].len() - 1;
         for (axis, layer, coordinate) in [(1, middle, middle), (0, nx - 1, last(0)), (2, nz - 1, last(2))] {
@@ -125,6 +137,7 @@ mod tests {
         assert_eq!((faces.corners_m[8], faces.rows[8]), ([3.0, 2.0, 0.0], 5));
         assert!(faces.corners_m[16..].iter().all(|corner| corner[2] == 0.5 && corner[1] >= 2.0));
         assert!(faces.triangles.as_flattened().iter().all(|corner| (*corner as usize) < faces.corners_m.len()));
+        assert_eq!(block_m(&grid), Some([[0.0, 2.0, 0.0], [3.0, 4.0, 0.5]]));
     }
 
     #[test]

@@ -9,7 +9,7 @@ use stagger_recordings::{Step, display::quantities::Spheres};
 use crate::{
     bounds::{Corners, bounds_m, others_m},
     faces::Faces,
-    layers::{Layer, Layers},
+    layers::{Coloured, Layer, Layers},
     sections::Sections,
 };
 
@@ -132,7 +132,7 @@ impl Overview {
     /// corners `start_m`, or the first state of a run under way. `None` where it shows nothing.
     pub fn new(step: &Step, layers: Layers, start_m: Option<Corners>) -> Option<Self> {
         let mut view = bounds_m(step)?;
-        if Spheres::of(step).is_some_and(|spheres| !spheres.centres_m.is_empty()) {
+        if Spheres::of(step).is_some() {
             make_room(&mut view, step, start_m);
         }
         let extent = (0..3).map(|axis| view[1][axis] - view[0][axis]).fold(0.0, f64::max);
@@ -154,8 +154,8 @@ impl Overview {
         self
     }
 
-    /// The picture of a state.
-    pub fn frame(&self, step: &Step, marks: Marks) -> Frame {
+    /// The picture of a state of which `coloured` colours.
+    pub fn frame(&self, step: &Step, coloured: &Coloured, marks: Marks) -> Frame {
         let spheres = Spheres::of(step);
         // Whole particles would hide the lines between them.
         let size = if marks.contacts || marks.velocities { CONTACTS_SIZE } else { 1.0 };
@@ -172,12 +172,11 @@ impl Overview {
         if marks.contacts {
             frame.contacts = shapes.values().filter_map(between).flatten().collect();
         }
-        let values = self.layers.values(step);
         frame.layers = self
             .layers
             .iter()
             .map(|layer| {
-                let values = values.iter().find(|(quantity, _)| *quantity == *layer.quantity);
+                let values = coloured.iter().find(|(quantity, _)| *quantity == *layer.quantity);
                 let values = values.map(|(_, values)| values.as_slice()).unwrap_or_default();
                 match shapes.get(&layer.quantity.support) {
                     Some(shape) => self.layer(step, layer, shape, values, &frame),
@@ -259,11 +258,10 @@ impl Overview {
         let power_w = *values("beam_power")?.first()?;
         let (spot, _) = values("beam_spot")?.as_chunks::<3>();
         let radius_m = *values("beam_radius")?.first()?;
-        let scaled = |length: f64| (length * self.unit.per_metre) as f32;
-        let spot = spot.first()?.map(scaled);
-        let radius = scaled(radius_m);
+        let spot = spot.first()?.map(|length| self.length(length));
+        let radius = self.length(radius_m);
         // A spot above the powder has its light drawn all the same, and one on powder above the view is still seen.
-        let powder = bounds_m(step).map_or(spot[2], |[_, high]| scaled(high[2]));
+        let powder = bounds_m(step).map_or(spot[2], |[_, high]| self.length(high[2]));
         let surface = powder.min(self.view[1][2] as f32 - radius).max(spot[2]);
         let beam = Beam { spot, radius, surface, top: surface + radius, label: watts(power_w) };
         (power_w > 0.0).then_some(beam)
@@ -346,9 +344,13 @@ mod tests {
         ])
     }
 
+    fn drawn(overview: &Overview, step: &Step, marks: Marks) -> Frame {
+        overview.frame(step, &overview.layers.coloured(step), marks)
+    }
+
     fn layers() -> Layers {
         let mut layers = Layers::default();
-        layers.include(&step());
+        layers.include(&step(), &layers.coloured(&step()));
         layers
     }
 
@@ -362,8 +364,8 @@ mod tests {
             field("contact_normal_force", "N", "contacts", 1, vec![4.0, 1.0]),
         ]);
         let mut layers = Layers::default();
-        layers.include(&step);
-        let frame = Overview::new(&step, layers, None).unwrap().frame(&step, BOTH);
+        layers.include(&step, &layers.coloured(&step));
+        let frame = drawn(&Overview::new(&step, layers, None).unwrap(), &step, BOTH);
         // Six mean radii of 15 µm for 2 m/s.
         assert_eq!(frame.velocities, [[0.0, 0.0, -90.0], [45.0, 0.0, 0.0]]);
         // As the square root of the force, the widest 0.4 radii to either side.
@@ -375,9 +377,9 @@ mod tests {
     fn a_small_scene_is_drawn_in_units_of_its_size() {
         let overview = Overview::new(&step(), layers(), bounds_m(&step())).unwrap();
         assert_eq!(overview.unit.symbol, "µm");
-        let frame = overview.frame(&step(), BOTH);
+        let frame = drawn(&overview, &step(), BOTH);
         assert_eq!(*frame.radii, [4.0, 8.0]);
-        assert_eq!(*overview.frame(&step(), Marks::default()).radii, [10.0, 20.0]);
+        assert_eq!(*drawn(&overview, &step(), Marks::default()).radii, [10.0, 20.0]);
         let range = overview.layers.iter().next().unwrap().range;
         let colours = [300.0, 400.0].map(|kelvin| range.colour(kelvin, Scale::Linear)).to_vec();
         assert_eq!(frame.layers, [(Body::Spheres(frame.centres.clone(), frame.radii.clone()), colours)]);
@@ -399,7 +401,7 @@ mod tests {
         // As many, but one has gone and another come.
         other.fields.insert("temperature".into(), Field::new(&port, 1, vec![300.0, 400.0]).unwrap());
         let overview = Overview::new(&step(), layers(), None).unwrap();
-        let frame = overview.frame(&other, Marks::default());
+        let frame = drawn(&overview, &other, Marks::default());
         assert_eq!((frame.centres.len(), frame.radii.len(), frame.layers[0].1.len()), (2, 2, 0));
         // None left: nothing is drawn, and nothing fails.
         let none = other.fields.into_values().map(|field| {
@@ -409,7 +411,7 @@ mod tests {
         });
         let none = testing::step(none);
         assert!(bounds_m(&none).is_none());
-        let frame = overview.frame(&none, BOTH);
+        let frame = drawn(&overview, &none, BOTH);
         assert!(frame.centres.is_empty() && frame.layers[0].1.is_empty() && frame.contacts.is_empty());
     }
 
@@ -441,7 +443,7 @@ mod tests {
         let mut step = step();
         step.fields.extend([field("beam_power", "W", "beam", 1, vec![0.0])]);
         let overview = Overview::new(&step, layers(), None).unwrap();
-        assert_eq!(overview.frame(&step, Marks::default()).beams, [None]);
+        assert_eq!(drawn(&overview, &step, Marks::default()).beams, [None]);
         // A second laser, which is on.
         for (name, unit, components, value) in [
             ("beam_spot", "m", 3, vec![0.0; 3]),
@@ -450,7 +452,7 @@ mod tests {
         ] {
             step.fields.insert(format!("second/{name}"), field(name, unit, "beam", components, value).1);
         }
-        let beams = overview.frame(&step, Marks::default()).beams;
+        let beams = drawn(&overview, &step, Marks::default()).beams;
         let labels: Vec<_> = beams.iter().map(|beam| beam.as_ref().map(|beam| beam.label.as_str())).collect();
         assert_eq!(labels, [None, Some("5.000 W")]);
     }
@@ -465,9 +467,9 @@ mod tests {
             field("stress_deviator_norm", "Pa", "grid", 1, vec![1e3, 1e5]),
         ]);
         let mut layers = Layers::default();
-        layers.include(&step);
+        layers.include(&step, &layers.coloured(&step));
         let overview = Overview::new(&step, layers, bounds_m(&step)).unwrap();
-        let frame = overview.frame(&step, Marks::default());
+        let frame = drawn(&overview, &step, Marks::default());
         assert_eq!(frame.rays, [vec![[0.0, 0.0, 1000.0], [0.0, 0.0, 200.0], [100.0, 0.0, 200.0]]]);
         let (Body::Spheres(centres, radii), colours) = &frame.layers[1] else { panic!("{:?}", frame.layers[1]) };
         assert_eq!((centres.len(), colours.len()), (2, 2));
@@ -483,10 +485,10 @@ mod tests {
         let cells = Geometry::grid("cells", Grid::of_cells([0.0; 3], [1e-3; 3], [2, 2, 1]));
         step.supports = Supports::of([&Ports::new(Vec::new(), Vec::new()).with(cells)]);
         let mut layers = Layers::default();
-        layers.include(&step);
+        layers.include(&step, &layers.coloured(&step));
         let overview = Overview::new(&step, layers, None).unwrap();
         assert_eq!((overview.unit.symbol, overview.view), ("mm", [[0.0, 1.0, 0.0], [2.0, 2.0, 1.0]]));
-        let frame = overview.frame(&step, BOTH);
+        let frame = drawn(&overview, &step, BOTH);
         let (Body::Faces(corners, triangles), colours) = &frame.layers[0] else { panic!("{:?}", frame.layers[0]) };
         // Two cells of the section, one of the right side, two of the upper one.
         assert_eq!((corners.len(), triangles.len(), colours.len()), (20, 10, 20));

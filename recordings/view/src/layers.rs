@@ -29,12 +29,8 @@ pub struct Layer {
     pub scale: Scale,
 }
 
-impl Layer {
-    /// Where its curves stand among the data.
-    pub fn curves(&self) -> String {
-        format!("plots/{}", curves(&self.quantity))
-    }
-}
+/// What of a state colours, with a value for each row.
+pub type Coloured = Vec<(Quantity, Vec<f64>)>;
 
 /// Group of the curves of a quantity.
 pub fn curves(quantity: &Quantity) -> String {
@@ -60,25 +56,25 @@ impl Layers {
     }
 
     /// What of a state colours, with a value for each row.
-    pub fn values(&self, step: &Step) -> Vec<(Quantity, Vec<f64>)> {
+    pub fn coloured(&self, step: &Step) -> Coloured {
         quantities(step, &self.known)
     }
 
     /// Widens the ranges so that a state fits.
-    pub fn include(&mut self, step: &Step) {
+    pub fn include(&mut self, step: &Step, coloured: &Coloured) {
         self.meet(step);
-        for (quantity, values) in self.values(step) {
-            self.layer(quantity).range.include(&values);
+        for (quantity, values) in coloured {
+            self.layer(quantity).range.include(values);
         }
     }
 
     /// Widens the ranges by strides so that a state fits (see [`Range::grow`]); returns whether one had to.
-    pub fn grow(&mut self, step: &Step) -> bool {
+    pub fn grow(&mut self, step: &Step, coloured: &Coloured) -> bool {
         self.meet(step);
         let mut grown = false;
-        for (quantity, values) in self.values(step) {
+        for (quantity, values) in coloured {
             let mut seen = Range::EMPTY;
-            seen.include(&values);
+            seen.include(values);
             grown |= self.layer(quantity).range.grow(seen);
         }
         grown
@@ -101,11 +97,11 @@ impl Layers {
         self.fastest_m_s = self.fastest_m_s.max(fastest);
     }
 
-    fn layer(&mut self, quantity: Quantity) -> &mut Layer {
-        let place = self.list.iter().position(|layer| *layer.quantity == quantity).unwrap_or_else(|| {
+    fn layer(&mut self, quantity: &Quantity) -> &mut Layer {
+        let place = self.list.iter().position(|layer| *layer.quantity == *quantity).unwrap_or_else(|| {
             let path = if self.list.is_empty() { WORLD.to_owned() } else { format!("pictures/{}", quantity.field) };
             let scale = if quantity.decades { Scale::Decades } else { Scale::Linear };
-            self.list.push(Layer { quantity: quantity.into(), path, range: Range::EMPTY, scale });
+            self.list.push(Layer { quantity: quantity.clone().into(), path, range: Range::EMPTY, scale });
             self.list.len() - 1
         });
         &mut self.list[place]
@@ -115,18 +111,22 @@ impl Layers {
     pub fn iter(&self) -> impl Iterator<Item = &Layer> {
         self.list.iter()
     }
+}
 
-    /// The largest value of what a run may be about for some time only, where there is such a quantity.
-    pub fn passing(&self, step: &Step) -> Option<f64> {
-        let passing = self.values(step).into_iter().find(|(quantity, _)| quantity.passing);
-        Some(passing?.1.into_iter().fold(0.0, f64::max))
-    }
+/// The largest value of what a run may be about for some time only, where there is such a quantity.
+pub fn passing(coloured: &Coloured) -> Option<f64> {
+    let (_, values) = coloured.iter().find(|(quantity, _)| quantity.passing)?;
+    Some(values.iter().copied().fold(0.0, f64::max))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::testing::{field, step};
+
+    fn include(layers: &mut Layers, step: &Step) {
+        layers.include(step, &layers.coloured(step));
+    }
 
     #[test]
     fn a_run_has_a_layer_for_each_quantity_and_what_colours_spheres_comes_first() {
@@ -139,15 +139,15 @@ mod tests {
             field("current_density", "A/m^2", "particles", 1, vec![5.0, 7.0]),
         ]);
         let mut layers = Layers::default();
-        layers.include(&step);
+        include(&mut layers, &step);
         let names: Vec<_> = layers.iter().map(|layer| layer.quantity.name.as_str()).collect();
         assert_eq!(names, ["speed", "current density", "norm of the stress deviator"]);
         let paths: Vec<_> = layers.iter().map(|layer| layer.path.as_str()).collect();
         assert_eq!(paths, [WORLD, "pictures/current_density", "pictures/stress_deviator_norm"]);
         let ranges: Vec<_> = layers.iter().map(|layer| (layer.range.min, layer.range.max)).collect();
         assert_eq!(ranges, [(0.0, 5.0), (5.0, 7.0), (1.0, 100.0)]);
-        assert_eq!((layers.fastest_m_s, layers.passing(&step)), (5.0, Some(7.0)));
-        let rows = |step: &Step| layers.values(step).iter().map(|(_, values)| values.len()).collect::<Vec<_>>();
+        assert_eq!((layers.fastest_m_s, passing(&layers.coloured(&step))), (5.0, Some(7.0)));
+        let rows = |step: &Step| layers.coloured(step).iter().map(|(_, values)| values.len()).collect::<Vec<_>>();
         assert_eq!(rows(&step), [2, 2, 3]);
         step.fields.remove("current_density");
         assert_eq!(rows(&step), [2, 3], "a state without a quantity");
@@ -163,15 +163,15 @@ mod tests {
         };
         for (last, expected) in [(0.049, Scale::Decades), (0.051, Scale::Linear)] {
             let mut layers = Layers::default();
-            layers.include(&speed(1.0));
+            include(&mut layers, &speed(1.0));
             layers.end(&speed(last));
             assert_eq!(layers.list[0].scale, expected, "{last}");
         }
         let warm = step(place().into_iter().chain([field("temperature", "K", "particles", 1, vec![300.0])]));
         let mut layers = Layers::default();
-        layers.include(&warm);
+        include(&mut layers, &warm);
         layers.end(&warm);
         assert_eq!(layers.list[0].scale, Scale::Linear);
-        assert!(!layers.grow(&warm), "what fits does not grow a range");
+        assert!(!layers.grow(&warm, &layers.coloured(&warm)), "what fits does not grow a range");
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::{
     colour::Scale,
-    layers::{Layer, Layers},
+    layers::{self, Layer, Layers},
     plots,
 };
 
@@ -28,8 +28,8 @@ pub enum Part {
 /// The window: a large picture for each layer with its legend below, the curves beside them.
 pub fn window(layers: &Layers) -> Part {
     use Part::{Above, Beside, Curves, Legend, Scene, Tabs, Text};
-    let quantities = layers.iter().map(|layer| Curves(layer.quantity.title.clone(), layer.curves()));
     let curves = |title: &str, place: &str| Curves(title.into(), format!("plots/{place}"));
+    let quantities = layers.iter().map(|layer| curves(&layer.quantity.title, &layers::curves(&layer.quantity)));
     let energies = [
         curves("Numbers", plots::NUMBERS),
         curves("Heat and light", "energy/heat"),

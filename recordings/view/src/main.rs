@@ -25,7 +25,7 @@ use std::{
 use arguments::Arguments;
 use bounds::bounds_m;
 use frame::{Marks, Overview};
-use layers::Layers;
+use layers::{Layers, passing};
 use plots::Plots;
 use show::{Moment, Show};
 use stagger_messages::Verdict;
@@ -104,11 +104,12 @@ fn survey(path: &Path) -> Result<(Recording, Option<Overview>), Box<dyn Error>> 
     let recording = Recording::open(path)?;
     let (mut steps, mut layers) = (Steps::default(), Layers::of(&recording.info));
     let (mut start, mut last) = (None, None::<(bool, Step)>);
-    let mut passing = Vec::new();
+    let mut over_time = Vec::new();
     let mut see = |step: Step| {
-        layers.include(&step);
-        passing.extend(layers.passing(&step).map(|value| (step.t_s, value)));
-        let spheres = Spheres::of(&step).is_some_and(|spheres| !spheres.centres_m.is_empty());
+        let coloured = layers.coloured(&step);
+        layers.include(&step, &coloured);
+        over_time.extend(passing(&coloured).map(|value| (step.t_s, value)));
+        let spheres = Spheres::of(&step).is_some();
         let Some(bounds) = bounds_m(&step) else { return };
         // Where there are particles at some time, the pictures are of these.
         match &last {
@@ -127,7 +128,7 @@ fn survey(path: &Path) -> Result<(Recording, Option<Overview>), Box<dyn Error>> 
     let overview = last.and_then(|(_, step)| {
         layers.end(&step);
         let overview = Overview::new(&step, layers, start)?;
-        Some(match over_at_the_end(&passing) {
+        Some(match over_at_the_end(&over_time) {
             Some(range_s) => overview.repeating(range_s, start),
             None => overview,
         })
@@ -215,22 +216,23 @@ impl Player {
         }
         if self.overview.is_none() {
             let mut layers = self.layers.clone();
-            layers.include(step);
+            layers.include(step, &layers.coloured(step));
             if let Some(overview) = Overview::new(step, layers, None) {
                 self.set_up(overview)?;
             }
         }
         if let Some(overview) = &mut self.overview {
+            let coloured = overview.layers.coloured(step);
             // The pictures of a run under way keep the colours of their time; the legend follows the newest.
-            if !self.surveyed && overview.layers.grow(step) {
+            if !self.surveyed && overview.layers.grow(step, &coloured) {
                 self.show.legends(&overview.layers)?;
             }
             let iteration = self.steps.decisions().iterations();
             let moment = Moment { t_s: step.t_s, step: step.version.step, iteration };
-            let frame = overview.frame(step, self.marks);
+            let frame = overview.frame(step, &coloured, self.marks);
             self.show.frame(frame, &overview.layers, moment)?;
             self.show.places(self.walls.places(step.t_s, overview.unit.per_metre), moment)?;
-            self.show.points(&self.plots.state(step, &overview.layers), moment)?;
+            self.show.points(&self.plots.state(step, &coloured), moment)?;
         }
         Ok(())
     }

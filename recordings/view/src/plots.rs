@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use stagger_coupling::Ledger;
-use stagger_messages::{FieldError, geometry::Shape};
-use stagger_recordings::{Outcome, Step};
+use stagger_messages::FieldError;
+use stagger_recordings::{Outcome, Step, display::quantities::numbers};
 
-use crate::layers::{Layers, curves};
+use crate::layers::{Coloured, curves};
 
 /// One point of a curve.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,8 +28,6 @@ fn point(path: impl Into<String>, name: impl Into<String>, value: f64) -> Point 
 const FLOOR: f64 = -8.0;
 /// Group of the curves of numbers that have no place.
 pub const NUMBERS: &str = "numbers";
-/// Rows of a field without a place that have curves of their own, at most.
-const ROWS: usize = 16;
 /// The iteration whose errors are drawn field by field. The first measures how far the step went; the second is the
 /// first to measure what the physics do to each other.
 const COMPARED: u32 = 2;
@@ -93,13 +91,13 @@ impl Plots {
 
     /// The curves of a state whose fields are recorded: mean and largest value of what colours, and each number that has no
     /// place.
-    pub fn state(&self, step: &Step, layers: &Layers) -> Vec<Point> {
+    pub fn state(&self, step: &Step, coloured: &Coloured) -> Vec<Point> {
         let mut points = Vec::new();
-        for (quantity, values) in layers.values(step) {
-            let finite: Vec<f64> = values.into_iter().filter(|value| value.is_finite()).collect();
+        for (quantity, values) in coloured {
+            let finite: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
             let Some(max) = finite.iter().copied().max_by(f64::total_cmp) else { continue };
             let mean = finite.iter().sum::<f64>() / finite.len() as f64;
-            let group = curves(&quantity);
+            let group = curves(quantity);
             for (what, value) in [("mean", mean), ("maximum", max)] {
                 let name = format!("{what} {} [{}]", quantity.name, quantity.unit);
                 points.push(point(format!("{group}/{what}"), name, value));
@@ -107,11 +105,7 @@ impl Plots {
         }
         let shapes = step.supports.shapes(&step.fields);
         for (name, field) in &step.fields {
-            let Ok(values) = field.f64() else { continue };
-            let is_number = matches!(shapes.get(&field.port.support), Some(Shape::Global(_)));
-            if !is_number || field.components() != 1 || values.len() > ROWS {
-                continue;
-            }
+            let Some(values) = numbers(field, shapes.get(&field.port.support)) else { continue };
             let words = name.replace('_', " ");
             let unit = &field.port.unit;
             match values {
@@ -154,7 +148,10 @@ mod tests {
     use stagger_messages::{Decision, Done, Energy, Verdict, Version};
 
     use super::*;
-    use crate::testing::{field, step};
+    use crate::{
+        layers::Layers,
+        testing::{field, step},
+    };
 
     /// Temperature's error falls by a hundred in each iteration; after the third nothing changes any more.
     fn outcome(iteration: u32) -> Outcome {
@@ -227,7 +224,7 @@ mod tests {
             field("radii", "m", "particles", 1, vec![1.0]),
             field("temperature", "K", "particles", 1, vec![300.0]),
         ]);
-        let points = Plots::default().state(&step, &Layers::default());
+        let points = Plots::default().state(&step, &Layers::default().coloured(&step));
         let found: Vec<_> = points.iter().map(|point| (point.path.as_str(), point.value)).collect();
         let expected = [
             ("fields/temperature/mean", 300.0),

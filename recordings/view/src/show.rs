@@ -201,10 +201,10 @@ impl Show {
     /// Shows a state.
     pub fn frame(&mut self, frame: Frame, layers: &Layers, moment: Moment) -> Result<(), ShowError> {
         self.at(moment);
+        let unseen = (Body::Nothing, Vec::new());
         for (number, layer) in layers.iter().enumerate() {
-            let unseen = (Body::Nothing, Vec::new());
-            let of = |frame: &Frame| frame.layers.get(number).cloned().unwrap_or_else(|| unseen.clone());
-            self.layer(layer, of(&frame), of(&self.drawn))?;
+            let [now, before] = [&frame, &self.drawn].map(|frame| frame.layers.get(number).unwrap_or(&unseen));
+            self.layer(layer, now, before)?;
         }
         if frame.contacts != self.drawn.contacts {
             let lines = LineStrips3D::new(frame.contacts.iter().copied());
@@ -241,17 +241,17 @@ impl Show {
     fn layer(
         &self,
         layer: &Layer,
-        (body, colours): (Body, Vec<[u8; 3]>),
-        (body_before, colours_before): (Body, Vec<[u8; 3]>),
+        (body, colours): &(Body, Vec<[u8; 3]>),
+        (body_before, colours_before): &(Body, Vec<[u8; 3]>),
     ) -> Result<(), ShowError> {
         let rgb = |colours: &[[u8; 3]]| -> Vec<Color> {
             colours.iter().map(|[red, green, blue]| Color::from_rgb(*red, *green, *blue)).collect()
         };
         // What has no value is grey.
-        let shown = if colours.is_empty() { vec![NO_VALUE] } else { colours.clone() };
-        let same_kind = std::mem::discriminant(&body) == std::mem::discriminant(&body_before);
+        let shown = if colours.is_empty() { &[NO_VALUE] } else { colours.as_slice() };
+        let same_kind = std::mem::discriminant(body) == std::mem::discriminant(body_before);
         let recoloured = colours != colours_before || !same_kind;
-        match (&body, &body_before) {
+        match (body, body_before) {
             (Body::Nothing, Body::Nothing) => {}
             (Body::Nothing, _) => self.stream.log(layer.path.as_str(), &Clear::recursive())?,
             (Body::Spheres(centres, radii), before) => {
@@ -267,20 +267,20 @@ impl Show {
                     (points, changed) = (points.with_radii(radii.iter().copied()), true);
                 }
                 if recoloured {
-                    points = points.with_colors(rgb(&shown));
+                    points = points.with_colors(rgb(shown));
                 }
                 if changed {
                     self.stream.log(format!("{}/points", layer.path), &points)?;
                 }
             }
             (Body::Lines(lines, widths), before) => {
-                if body != *before || recoloured {
+                if body != before || recoloured {
                     let strips = LineStrips3D::new(lines.iter().copied()).with_radii(widths.iter().copied());
-                    self.stream.log(format!("{}/lines", layer.path), &strips.with_colors(rgb(&shown)))?;
+                    self.stream.log(format!("{}/lines", layer.path), &strips.with_colors(rgb(shown)))?;
                 }
             }
             (Body::Faces(corners, triangles), before) => {
-                let (mut mesh, moved) = (Mesh3D::update_fields(), body != *before);
+                let (mut mesh, moved) = (Mesh3D::update_fields(), body != before);
                 if moved {
                     mesh = mesh
                         .with_vertex_positions(corners.iter().copied())
@@ -288,8 +288,8 @@ impl Show {
                 }
                 if moved || recoloured {
                     // A mesh has a colour for each corner, or none.
-                    let colours = if colours.is_empty() { vec![NO_VALUE; corners.len()] } else { shown };
-                    mesh = mesh.with_vertex_colors(rgb(&colours));
+                    let colours = if colours.is_empty() { &vec![NO_VALUE; corners.len()] } else { colours };
+                    mesh = mesh.with_vertex_colors(rgb(colours));
                     self.stream.log(format!("{}/faces", layer.path), &mesh)?;
                 }
             }

@@ -19,8 +19,11 @@ pub fn quote(word: &str) -> String {
     // `shlex` quotes `=`, too, which no shell reads otherwise behind the first letters of an argument.
     let plain =
         !word.is_empty() && word.chars().all(|letter| letter.is_ascii_alphanumeric() || "._-+=".contains(letter));
-    let quoted = if plain { None } else { shlex::Quoter::new().allow_nul(true).quote(word).ok() };
-    quoted.map_or_else(|| word.to_owned(), Cow::into_owned)
+    if plain {
+        return word.to_owned();
+    }
+    // It refuses nothing else than the sign that is allowed here.
+    shlex::Quoter::new().allow_nul(true).quote(word).map_or_else(|_| word.to_owned(), Cow::into_owned)
 }
 
 #[cfg(test)]
